@@ -1,4 +1,4 @@
-"""What can go wrong, in one tree.
+"""The exceptions of the package, and checks of parameters.
 
 ::
 
@@ -16,10 +16,13 @@ from __future__ import annotations
 
 import importlib
 import math
+from dataclasses import dataclass
 from reprlib import repr as brief
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
     from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
@@ -27,6 +30,7 @@ __all__ = [
     "MissingExtraError",
     "ParameterError",
     "RecordError",
+    "Setting",
     "StictionError",
     "as_floats",
     "import_extra",
@@ -42,12 +46,89 @@ __all__ = [
     "require_seed",
 ]
 
-MOST_SAMPLES = 10_000_000
-"""Samples that are made at most [-]: some of them stand in memory ten times over."""
+MAX_SAMPLES = 10_000_000
+"""Largest number of samples that can be made [-]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """A setting that a message names: an argument in Python, an option of the command line, a field of a page.
+
+    Examples
+    --------
+    >>> str(Setting("dt")), str(Setting("columns", {"pv": None, "op": 2}))
+    ('dt', "columns={'pv': ..., 'op': 2}")
+    """
+
+    name: str
+    """Name of the argument in Python."""
+    value: Any = None
+    """Value to give; None when only the setting is named. A column that is None stands for any name."""
+
+    def __str__(self) -> str:
+        if self.value is None:
+            return self.name
+        if isinstance(self.value, dict):
+            pairs = (f"{key!r}: {'...' if item is None else repr(item)}" for key, item in self.value.items())
+            return f"{self.name}={{{', '.join(pairs)}}}"
+        return f"{self.name}={self.value!r}"
 
 
 class StictionError(Exception):
-    """Any error this package raises on purpose."""
+    """Any error this package raises on purpose.
+
+    Parameters
+    ----------
+    *problem : str or Setting
+        What is wrong, in parts: text, and the settings that it names.
+    remedy : str, Setting or sequence of both
+        What to do, as an imperative clause.
+    where : str
+        File or loop that is concerned.
+    quantity : str
+        Name of the quantity.
+    value, limit : object
+        Its value and the limit that it exceeds, if there is one [unit of the quantity].
+
+    Examples
+    --------
+    >>> error = RecordError("no time column", remedy=("give ", Setting("dt"), " in seconds"), where="a.csv")
+    >>> str(error), error.text(lambda setting: f"--{setting.name}")
+    ('a.csv: no time column; give dt in seconds.', 'a.csv: no time column; give --dt in seconds.')
+    """
+
+    def __init__(
+        self,
+        *problem: str | Setting,
+        remedy: str | Setting | Sequence[str | Setting] = (),
+        where: str = "",
+        quantity: str = "",
+        value: object = None,
+        limit: object = None,
+    ) -> None:
+        super().__init__(*problem)
+        self.remedy = (remedy,) if isinstance(remedy, (str, Setting)) else tuple(remedy)
+        self.where, self.quantity, self.value, self.limit = where, quantity, value, limit
+
+    def __str__(self) -> str:
+        return self.text()
+
+    @property
+    def reason(self) -> str:
+        """The message without the file or loop, as a sentence."""
+        text = self._sentence(str)
+        return text[:1].upper() + text[1:]
+
+    def text(self, write: Callable[[Setting], str] = str) -> str:
+        """Return the message; `write` turns a setting into text, by default into an argument in Python."""
+        return f"{self.where}: {self._sentence(write)}" if self.where else self._sentence(write)
+
+    def _sentence(self, write: Callable[[Setting], str]) -> str:
+        problem, remedy = (
+            "".join(part if isinstance(part, str) else write(part) for part in parts)
+            for parts in (self.args, self.remedy)
+        )
+        return f"{problem}; {remedy}." if remedy else problem
 
 
 class ParameterError(StictionError, ValueError):
@@ -96,44 +177,47 @@ def import_extra(module: str, extra: str) -> Any:
         return importlib.import_module(module)
     except ImportError:
         package = module.partition(".")[0]
-        message = f'{package} is not installed; install it with: pip install "stiction[{extra}]"'
-        raise MissingExtraError(message) from None
+        raise MissingExtraError(
+            f'{package} is not installed; install it with: pip install "stiction[{extra}]"', quantity=package
+        ) from None
 
 
 def require_kind(name: str, value: object, kind: type | tuple[type, ...], remedy: str) -> None:
-    """Refuse what is not of a kind, and say in `remedy` what to give.
+    """Refuse a value that is not of a type; `remedy` says what to give.
 
     Examples
     --------
     >>> require_kind("tag", "FIC-101", str, "a text")
     """
     if not isinstance(value, kind):
-        raise ParameterError(f"{name} is of type {type(value).__name__}; give {remedy}.")
+        raise ParameterError(
+            f"{name} is of type {type(value).__name__}", remedy=f"give {remedy}", quantity=name, value=value
+        )
 
 
 def require_number(name: str, value: float, unit: str = "") -> float:
-    """Return `value` as a float, which may be infinite, or say that it is no number."""
-    number = _float(name, value, unit)
+    """Return `value` as a float, which may be infinite, or refuse it."""
+    number = _to_float(name, value, unit)
     if math.isnan(number):
-        raise ParameterError(f"{name} must be a number{_in(unit)}, got {value!r}.")
+        raise ParameterError(f"{name} must be a number{_in_unit(unit)}, got {value!r}.")
     return number
 
 
 def require_finite(name: str, value: float, unit: str = "") -> float:
-    """Return `value` as a float, or say that it is not a finite number."""
-    number = _float(name, value, unit)
+    """Return `value` as a finite float, or refuse it."""
+    number = _to_float(name, value, unit)
     if not math.isfinite(number):
-        raise ParameterError(f"{name} must be a finite number{_in(unit)}, got {number}.")
+        raise ParameterError(f"{name} must be a finite number{_in_unit(unit)}, got {number}.")
     return number
 
 
 def as_floats(value: ArrayLike) -> NDArray:
-    """Return an array of floats, not copied where it is one; what a mask hides is NaN.
+    """Return an array of floats, without a copy if possible; masked values become NaN.
 
     Raises
     ------
     TypeError, ValueError, OverflowError
-        When there are no real numbers in it.
+        When it does not hold real numbers.
     """
     import numpy as np
 
@@ -145,56 +229,68 @@ def as_floats(value: ArrayLike) -> NDArray:
 
 
 def require_numbers(name: str, value: ArrayLike, unit: str = "") -> NDArray:
-    """Return `value`, one number or an array of them, as an array of floats, or say that one is not a finite number."""
+    """Return `value`, a number or an array, as an array of finite floats, or refuse it."""
     import numpy as np
 
     try:
         array = as_floats(value)
     except (TypeError, ValueError, OverflowError):
         raise ParameterError(
-            f"{name} must be a number or an array of numbers{_in(unit)}, got {brief(value)}."
+            f"{name} must be a number or an array of numbers{_in_unit(unit)}, got {brief(value)}."
         ) from None
     if not np.isfinite(array).all():
-        raise ParameterError(f"{name} has entries that are not finite{_in(unit)}; give finite numbers.")
+        raise ParameterError(
+            f"{name} has entries that are not finite{_in_unit(unit)}", remedy="give finite numbers", quantity=name
+        )
     return array
 
 
 def require_not_negative(name: str, value: float, unit: str = "") -> float:
-    """Return `value` as a float >= 0, or say what is wrong with it."""
+    """Return `value` as a float >= 0, or refuse it."""
     number = require_finite(name, value, unit)
     if number < 0.0:
-        raise ParameterError(f"{name} = {number:g}{_unit(unit)} is negative; give a value of 0 or more.")
+        raise ParameterError(
+            f"{name} = {number:g}{_with_unit(unit)} is negative",
+            remedy="give a value of 0 or more", quantity=name, value=number, limit=0.0,
+        )  # fmt: skip
     return number
 
 
 def require_positive(name: str, value: float, unit: str = "", *, infinite: bool = False) -> float:
-    """Return `value` as a float > 0, which may be infinite where asked, or say what is wrong with it."""
+    """Return `value` as a float > 0, or refuse it; `infinite` allows infinity."""
     number = require_number(name, value, unit) if infinite else require_finite(name, value, unit)
     if number <= 0.0:
-        raise ParameterError(f"{name} = {number:g}{_unit(unit)} is not positive; give a value above 0.")
+        raise ParameterError(
+            f"{name} = {number:g}{_with_unit(unit)} is not positive",
+            remedy="give a value above 0", quantity=name, value=number, limit=0.0,
+        )  # fmt: skip
     return number
 
 
 def require_count(name: str, value: float) -> int:
-    """Return `value` as a whole number > 0, or say what is wrong with it."""
+    """Return `value` as a whole number > 0, or refuse it."""
     number = require_positive(name, value)
     if number != round(number):
-        raise ParameterError(f"{name} = {number:g} is not a whole number; give 1 or more.")
+        raise ParameterError(
+            f"{name} = {number:g} is not a whole number", remedy="give 1 or more", quantity=name, value=number
+        )
     return round(number)
 
 
 def require_seed(seed: int | None) -> int | None:
-    """Return `seed` as a whole number >= 0, or None as it is, or say what is wrong with it."""
+    """Return `seed` as a whole number >= 0 or None, or refuse it."""
     if seed is None:
         return None
     number = require_not_negative("seed", seed)
     if number != round(number):
-        raise ParameterError(f"seed = {number:g} is not a whole number; give 0 or more.")
+        raise ParameterError(
+            f"seed = {number:g} is not a whole number", remedy="give 0 or more", quantity="seed", value=number
+        )
     return int(seed)
 
 
 def require_range(name: str, ends: tuple[float, float]) -> tuple[float, float]:
-    """Return (lowest, highest) in % of span as floats, which may be infinite, or say what is wrong with them."""
+    """Return (lowest, highest) in % of span as floats, which may be infinite, or refuse them."""
     try:
         low, high = (float(end) for end in ends)
     except (TypeError, ValueError, OverflowError):
@@ -202,50 +298,56 @@ def require_range(name: str, ends: tuple[float, float]) -> tuple[float, float]:
             f"{name} = {brief(ends)} is not a pair of numbers; give (lowest, highest) in % of span."
         ) from None
     if not low < high:
-        raise ParameterError(f"{name} = ({low:g}, {high:g}) % is an empty range; give lowest < highest.")
+        raise ParameterError(
+            f"{name} = ({low:g}, {high:g}) % is an empty range",
+            remedy="give lowest < highest", quantity=name, value=(low, high),
+        )  # fmt: skip
     return low, high
 
 
 def require_samples(name: str, seconds: float, dt: float) -> None:
-    """Refuse a length before memory is taken for it.
+    """Refuse a length that needs too many samples.
 
     Parameters
     ----------
     name : str
-        What is so long, for the error.
+        Name of the length, for the error.
     seconds, dt : float
         Length and sampling period [s].
 
     Raises
     ------
     ParameterError
-        When that is more than `MOST_SAMPLES` samples.
+        When that is more than `MAX_SAMPLES` samples.
 
     Examples
     --------
     >>> require_samples("duration", 3600.0, 1.0)
     """
-    if seconds > MOST_SAMPLES * dt:
+    if seconds > MAX_SAMPLES * dt:
         raise ParameterError(
-            f"{name} = {seconds:g} s is {seconds / dt:.4g} samples of {dt:g} s, and {MOST_SAMPLES:,} can be made; give "
-            f"at most {MOST_SAMPLES * dt:g} s, or a longer dt."
+            f"{name} = {seconds:g} s is {seconds / dt:.4g} samples of {dt:g} s (limit {MAX_SAMPLES:,})",
+            remedy=f"give at most {MAX_SAMPLES * dt:g} s, or a longer dt",
+            quantity=name,
+            value=seconds,
+            limit=MAX_SAMPLES * dt,
         )
 
 
-def _float(name: str, value: float, unit: str) -> float:
+def _to_float(name: str, value: float, unit: str) -> float:
     try:
         if not isinstance(value, bool) and getattr(value, "imag", 0.0) == 0.0:
             return float(value)
     except (TypeError, ValueError):
         pass
     except OverflowError:
-        raise ParameterError(f"{name} is a number{_in(unit)} beyond 1.8e308; give a smaller one.") from None
-    raise ParameterError(f"{name} must be a number{_in(unit)}, got {value!r}.")
+        raise ParameterError(f"{name} is a number{_in_unit(unit)} beyond 1.8e308; give a smaller one.") from None
+    raise ParameterError(f"{name} must be a number{_in_unit(unit)}, got {value!r}.")
 
 
-def _unit(unit: str) -> str:
+def _with_unit(unit: str) -> str:
     return f" {unit}" if unit else ""
 
 
-def _in(unit: str) -> str:
+def _in_unit(unit: str) -> str:
     return f" in {unit}" if unit else ""

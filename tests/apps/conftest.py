@@ -9,7 +9,7 @@ import pytest
 
 import stiction as st
 from stiction.apps.cli import main
-from stiction.apps.files import csv_text
+from stiction.apps.output_files import csv_text
 
 
 @dataclass

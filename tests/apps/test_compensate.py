@@ -10,7 +10,7 @@ import pytest
 
 import stiction as st
 from compensation.iec_interpreter import FunctionBlock
-from stiction.apps.files import csv_text
+from stiction.apps.output_files import csv_text
 
 KEYS = {
     "expected_improvement", "oscillation_cause",
@@ -38,9 +38,9 @@ def test_a_record_becomes_advice_and_what_the_plant_needs(run, folder, sticky_fi
     assert done.code == 1
     assert done.err == ""
     assert "FIC-101: Until the shutdown: " in done.out
-    assert "Fixing the valve lowers the PV's deviation by" in done.out
-    assert "The price: stem travel" in done.out
-    assert "The twin repeats the record's cycle." in done.out
+    assert "Repair of the valve lowers the PV deviation by" in done.out
+    assert "Drawbacks: stem travel" in done.out
+    assert "The simulated loop oscillates like the record." in done.out
     for name in ("do nothing", "fix the valve", "knocker", "two-move", "integral deadband"):
         assert f"\n{name} " in done.out
     assert "Valve: Check packing" in done.out
@@ -82,7 +82,7 @@ def test_what_if_in_words_and_from_a_file(run, folder):
     done = run("compensate", "--loop", "loop.toml", "--seeds", "1", "--structured-text", "k.st")
     assert done.code == 1
     assert "FV-9: Until the shutdown: " in done.out
-    assert "Parameters were given" in done.out
+    assert "The loop was given" in done.out
     block = FunctionBlock((folder / "k.st").read_text())
     assert block.name.startswith("FV_9_")
 
@@ -101,7 +101,7 @@ def test_a_good_valve_is_an_answer(run, folder, healthy_csv):
     assert done.code == 0
     assert "No advice." in done.out
     assert "nothing to compensate" in done.out
-    assert "Structured text: not written; The valve was not found to stick" in done.out
+    assert "Structured text: not written; No stiction was found" in done.out
     assert "Work order: not written; the valve needs no work." in done.out
     assert sorted(path.name for path in folder.iterdir()) == ["h.csv", "r.html"]
     [loop] = strict(run("compensate", "h.csv", "--json").out)
@@ -233,7 +233,7 @@ def test_a_file_that_is_no_record(run, folder):
 
 def test_a_missing_controller_is_asked_for_in_the_words_of_the_command(run, sticky_file, monkeypatch):
     """Found no controller: the remedy is an option here, not an argument of Python; given one, there is advice."""
-    monkeypatch.setattr("stiction.compensation.controller_from_record.LEAST", 1.1)
+    monkeypatch.setattr("stiction.compensation.controller_from_record.MIN_EXPLAINED_SHARE", 1.1)
     done = run("compensate", sticky_file)
     assert done.code == 0
     assert "--controller pi:Kc=..,Ti=.." in done.out
@@ -247,7 +247,7 @@ def test_progress_is_kept_from_a_pipe_and_shown_on_a_terminal(monkeypatch, capsy
     with output.gauge("FIC-1") as show:
         show(1, 2)
     assert capsys.readouterr().err == ""
-    monkeypatch.setattr(output, "PATIENCE", -1.0)
+    monkeypatch.setattr(output, "PROGRESS_DELAY_S", -1.0)
     monkeypatch.setattr("sys.stderr.isatty", lambda: True)
     monkeypatch.setenv("FORCE_COLOR", "1")
     with output.gauge("FIC-1") as show:
@@ -284,7 +284,7 @@ def test_a_loop_that_runs_away_by_itself_is_told_so(loop, run):
     done = run("compensate", *loop)
     assert done.code == 0
     assert "The loop is unstable even without friction" in done.out
-    assert "does not cycle" not in done.out
+    assert "does not oscillate" not in done.out
 
 
 def test_a_stem_that_only_jumps_is_seen_to_cycle(run):
@@ -310,7 +310,7 @@ def test_retuning_is_told_once_and_the_same(run, folder):
 
 def test_advice_of_another_cause_is_none_on_the_valve(run, folder):
     """A loop tuned too tightly: what is to be done is not said of its valve."""
-    from stiction.apps.files import csv_text
+    from stiction.apps.output_files import csv_text
     from stiction.simulation.demo import demo_plant
 
     tight = next(one.record for one in demo_plant() if one.cause == "tight tuning")
@@ -321,22 +321,27 @@ def test_advice_of_another_cause_is_none_on_the_valve(run, folder):
 
 
 def test_a_small_price_is_no_price_of_nothing():
-    from stiction.compensation.recommend import _times
+    from stiction.compensation.recommend import _format_ratio
 
-    assert (_times(0.05, 1.0), _times(9.87, 1.0), _times(0.0, 1.0), _times(150.2, 1.0)) == ("0.05", "9.9", "0", "150")
+    assert (_format_ratio(0.05, 1.0), _format_ratio(9.87, 1.0), _format_ratio(0.0, 1.0), _format_ratio(150.2, 1.0)) == (
+        "0.05",
+        "9.9",
+        "0",
+        "150",
+    )
 
 
 @pytest.mark.parametrize("source", [["a.csv"], GIVEN])
 def test_a_run_too_long_for_the_memory_is_refused_before_it_is_made(source, run, sticky_file):
     done = run("compensate", *source, "--duration", "1e12", "--json")
     assert (done.code, done.out) == (2, "")
-    assert "duration = 1e+12 s is 1e+12 samples of 1 s, and 10,000,000 can be made; give at most 1e+07 s" in done.err
+    assert "duration = 1e+12 s is 1e+12 samples of 1 s (limit 10,000,000); give at most 1e+07 s" in done.err
 
 
 def test_a_run_shorter_than_two_cycles_says_nothing_of_a_deviation(run):
     done = run("compensate", *GIVEN, "--duration", "5")
     assert (done.code, done.out) == (2, "")
-    assert re.search(r"duration = 5 s is less than 2 cycles of the loop, of \d+\.?\d* s; give at least", done.err)
+    assert re.search(r"duration = 5 s is shorter than 2 periods of the loop \(\d+\.?\d* s\); give at least", done.err)
 
 
 def test_no_cause_is_named_where_there_is_none(run, folder):
@@ -344,4 +349,4 @@ def test_no_cause_is_named_where_there_is_none(run, folder):
     record = st.simulate(loop, 150.0, 1200.0, seed=1, pv_start=150.0, op_start=50.0, loop_type="flow")
     (folder / "good.csv").write_text(csv_text(record))
     done = run("compensate", "good.csv")
-    assert "The valve was not found to stick, so that there is nothing to compensate" in done.out
+    assert "No stiction was found, so there is nothing to compensate" in done.out

@@ -34,7 +34,7 @@ def test_all_blocks_are_there(page):
     assert re.findall(r"<h2[^>]*>([^<]+)</h2>", text) == list(SECTIONS)
     assert re.findall(r'figure-title">([^<]+)<', text) == list(FIGURES)
     assert "Until the shutdown: " in text
-    assert "The price: stem travel" in text
+    assert "Drawbacks: stem travel" in text
     assert "Work order: control valve of FIC-101, repair" in text
     assert "Compensation off, by / date" in text
     rows = re.findall(r"<tr>\s*<td[^>]*>(.*?)</td>", text, re.DOTALL)
@@ -48,7 +48,7 @@ def test_what_if_has_neither_overlay_nor_work_order(run, folder):
     text = (folder / "r.html").read_text()
     assert re.findall(r"<h2[^>]*>([^<]+)</h2>", text) == list(SECTIONS[:-1])
     assert "The twin over the record" not in text
-    assert "Parameters were given" in text
+    assert "The loop was given" in text
 
 
 def test_a_refusal_is_a_page_without_figures(run, folder, healthy_csv):

@@ -139,7 +139,7 @@ def test_a_test_signal_too_long_for_the_memory_is_refused_before_it_is_made(op, 
         (
             ["--duration", "1e9"],
             2,
-            "duration = 1e+09 s is 1e+09 samples of 1 s, and 10,000,000 can be made; give at most",
+            "duration = 1e+09 s is 1e+09 samples of 1 s (limit 10,000,000); give at most",
         ),
         (["--dt", "1e-9"], 2, "duration = 2000 s is 2e+12 samples of 1e-09 s"),
         (["--noise", "-1"], 2, "noise"),

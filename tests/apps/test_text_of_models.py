@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as some
 
 import stiction as st
-from stiction.apps import model_text
-from stiction.apps.signal_text import levels, op_signal
-from stiction.apps.transfer_text import parse_transfer
+from stiction.apps import parse_model
+from stiction.apps.parse_signal import parse_levels, parse_op_signal
+from stiction.apps.parse_transfer_function import parse_transfer_function
 from stiction.errors import ParameterError, RecordError
 
 S = 0.3 + 0.7j
@@ -33,7 +33,7 @@ S = 0.3 + 0.7j
     ],
 )
 def test_transfer_function_is_what_is_written(text, value):
-    num, den, dead_time = parse_transfer(text)
+    num, den, dead_time = parse_transfer_function(text)
     assert np.polyval(num, S) / np.polyval(den, S) * np.exp(-dead_time * S) == pytest.approx(value, rel=1e-12)
 
 
@@ -42,8 +42,8 @@ number = some.floats(0.01, 100.0).map(lambda x: float(f"{x:.6g}"))
 
 @given(K=number, tau=number, dead_time=number)
 def test_written_out_and_named_are_the_same(K, tau, dead_time):
-    named = model_text.process(f"fopdt:K={K!r},tau={tau!r},dead_time={dead_time!r}")
-    written = model_text.process(f"{K!r} exp(-{dead_time!r}s)/({tau!r}s+1)")
+    named = parse_model.parse_process(f"fopdt:K={K!r},tau={tau!r},dead_time={dead_time!r}")
+    written = parse_model.parse_process(f"{K!r} exp(-{dead_time!r}s)/({tau!r}s+1)")
     assert complex(named.at(S)) == pytest.approx(complex(written.at(S)), rel=1e-12)
 
 
@@ -67,7 +67,7 @@ def test_written_out_and_named_are_the_same(K, tau, dead_time):
 )
 def test_transfer_function_that_cannot_be(text, says):
     with pytest.raises(ParameterError, match=says):
-        model_text.process(text)
+        parse_model.parse_process(text)
 
 
 @pytest.mark.parametrize(
@@ -86,12 +86,12 @@ def test_transfer_function_that_cannot_be(text, says):
     ],
 )
 def test_valve_is_what_is_typed(text, made):
-    assert model_text.valve(text) == made
+    assert parse_model.parse_valve(text) == made
 
 
 @pytest.mark.parametrize("spec", ["srinivasan:sb=0:2 100:3,sj=1,r=0.1", {"model": "srinivasan", "sb": [[0, 2], [100, 3]], "sj": 1, "r": 0.1}])  # fmt: skip  # noqa: E501
 def test_table_over_the_travel(spec):
-    valve = model_text.valve(spec)
+    valve = parse_model.parse_valve(spec)
     assert isinstance(valve, st.Srinivasan)
     assert valve.tables()[0].at(50.0, 0.0) == pytest.approx(2.5)
 
@@ -99,17 +99,19 @@ def test_table_over_the_travel(spec):
 def test_units_and_published_sets():
     from stiction.models.parameter_sets import PUBLISHED_VALVES, nominal
 
-    assert model_text.valve("nominal") == nominal()
-    assert model_text.valve("nominal:lag=0 s,positioner.gain=5") == nominal(lag=0.0, positioner=st.Positioner(5.0))
+    assert parse_model.parse_valve("nominal") == nominal()
+    assert parse_model.parse_valve("nominal:lag=0 s,positioner.gain=5") == nominal(
+        lag=0.0, positioner=st.Positioner(5.0)
+    )
     for name in PUBLISHED_VALVES:
-        assert isinstance(model_text.valve(name), st.PhysicalValve)
+        assert isinstance(parse_model.parse_valve(name), st.PhysicalValve)
 
 
 def test_every_valve_model_can_be_typed():
     from stiction.models.model_properties import VALVE_PROPERTIES
 
     with pytest.raises(ParameterError) as fault:
-        model_text.valve("no such valve")
+        parse_model.parse_valve("no such valve")
     listed = str(fault.value).split("there are ")[1].rstrip(".").split(", ")
     assert {name.lower().removesuffix("valve") for name in VALVE_PROPERTIES} <= set(listed)
 
@@ -125,26 +127,26 @@ def test_every_valve_model_can_be_typed():
     ],
 )
 def test_controller_is_what_is_typed(text, made):
-    assert model_text.controller(text) == made
+    assert parse_model.parse_controller(text) == made
 
 
 @pytest.mark.parametrize(
     ("make", "text", "says"),
     [
-        (model_text.valve, "kano:S=3", r"needs J; it takes S, J, \[travel\]"),
-        (model_text.valve, "kano:S=3,J=1,K=2", 'no parameter "K"'),
-        (model_text.valve, "kano:S=3,J", "NAME=VALUE"),
-        (model_text.valve, "kano:S=3,S=4,J=1", "gives S twice"),
-        (model_text.valve, "kano:S=wide,J=1", "must be a number"),
-        (model_text.valve, "kano:S=-1,J=1", "negative"),
-        (model_text.valve, "nominal:mas=3", 'Did you mean "mass"'),
-        (model_text.valve, "nominal:mass=3 lb", "mass or a force"),
-        (model_text.valve, {"S": 3}, "no model"),
-        (model_text.controller, "pi:Kc=1,Ti=soon", "must be a number"),
-        (model_text.controller, "pi:Kc=1,Ti=-5", "not positive"),
-        (model_text.controller, "lqr:Q=1", "there are pi, pid, p, parallel"),
-        (model_text.process, "foptd:K=3", 'Did you mean "fopdt"'),
-        (model_text.process, "fopdt:K=3", "needs tau"),
+        (parse_model.parse_valve, "kano:S=3", r"needs J; it takes S, J, \[travel\]"),
+        (parse_model.parse_valve, "kano:S=3,J=1,K=2", 'no parameter "K"'),
+        (parse_model.parse_valve, "kano:S=3,J", "NAME=VALUE"),
+        (parse_model.parse_valve, "kano:S=3,S=4,J=1", "gives S twice"),
+        (parse_model.parse_valve, "kano:S=wide,J=1", "must be a number"),
+        (parse_model.parse_valve, "kano:S=-1,J=1", "negative"),
+        (parse_model.parse_valve, "nominal:mas=3", 'Did you mean "mass"'),
+        (parse_model.parse_valve, "nominal:mass=3 lb", "mass or a force"),
+        (parse_model.parse_valve, {"S": 3}, "no model"),
+        (parse_model.parse_controller, "pi:Kc=1,Ti=soon", "must be a number"),
+        (parse_model.parse_controller, "pi:Kc=1,Ti=-5", "not positive"),
+        (parse_model.parse_controller, "lqr:Q=1", "there are pi, pid, p, parallel"),
+        (parse_model.parse_process, "foptd:K=3", 'Did you mean "fopdt"'),
+        (parse_model.parse_process, "fopdt:K=3", "needs tau"),
     ],
 )
 def test_what_cannot_be_made_is_said(make, text, says):
@@ -153,8 +155,8 @@ def test_what_cannot_be_made_is_said(make, text, says):
 
 
 def test_levels_change_at_their_times():
-    assert levels("sp", "50,55@2,40@3", 5.0, 1.0).tolist() == [50.0, 50.0, 55.0, 40.0, 40.0]
-    assert levels("sp", 50.0, 2.0, 1.0).tolist() == [50.0, 50.0]
+    assert parse_levels("sp", "50,55@2,40@3", 5.0, 1.0).tolist() == [50.0, 50.0, 55.0, 40.0, 40.0]
+    assert parse_levels("sp", 50.0, 2.0, 1.0).tolist() == [50.0, 50.0]
 
 
 @pytest.mark.parametrize(
@@ -162,19 +164,19 @@ def test_levels_change_at_their_times():
 )
 def test_levels_that_cannot_be_read(text):
     with pytest.raises(ParameterError, match="sp"):
-        levels("sp", text, 100.0, 1.0)
+        parse_levels("sp", text, 100.0, 1.0)
 
 
 def test_op_signals_by_name_and_from_a_file(tmp_path):
-    op, dt = op_signal("ramp:start=50,stop=52,rate=0.5", 2.0)
+    op, dt = parse_op_signal("ramp:start=50,stop=52,rate=0.5", 2.0)
     assert (op.tolist(), dt) == ([50.0, 51.0, 52.0], 2.0)
-    assert op_signal("staircase:levels=50 51,hold=2", 1.0)[0].tolist() == [50.0, 50.0, 51.0, 51.0]
+    assert parse_op_signal("staircase:levels=50 51,hold=2", 1.0)[0].tolist() == [50.0, 50.0, 51.0, 51.0]
     file = tmp_path / "op.csv"
     file.write_text("\n".join(["time_s,PV,OP", *(f"{5 * k},1,{50 + k}" for k in range(20))]))
-    op, dt = op_signal(str(file), 1.0)
+    op, dt = parse_op_signal(str(file), 1.0)
     assert dt == 5.0
     assert op.tolist() == [50.0 + k for k in range(20)]
     with pytest.raises(RecordError, match="no such file"):
-        op_signal(str(tmp_path / "none.csv"), 1.0)
+        parse_op_signal(str(tmp_path / "none.csv"), 1.0)
     with pytest.raises(ParameterError, match='Did you mean "ramp"'):
-        op_signal("rmp:start=1", 1.0)
+        parse_op_signal("rmp:start=1", 1.0)

@@ -187,7 +187,7 @@ def test_a_position_that_counts_the_closing_is_refused_and_not_called_stuck(run,
     (folder / "closing.csv").write_text("\n".join(["time_s,OP,MV", *lines]))
     done = run("valve-test", "analyse", "ramp", "closing.csv")
     assert (done.code, done.out) == (3, "")
-    assert "The valve position of closing goes against the OP, by -0." in done.err
+    assert "The valve position of closing moves against the OP, by -0." in done.err
     assert "give 100 minus it" in done.err
 
 

@@ -29,7 +29,7 @@ from calibration.populations.causes import SCENARIOS
 from calibration.populations.draw import _draw
 from calibration.populations.scenario import PV_START
 from stiction.compensation import compensate
-from stiction.compensation.remedies import NOTHING
+from stiction.compensation.remedies import NO_ACTION
 from stiction.diagnosis import diagnose
 from stiction.models import Kano, PhysicalValve
 from stiction.simulation import simulate
@@ -63,7 +63,7 @@ class Outcome(NamedTuple):
     @property
     def treated(self) -> bool:
         """Whether something was recommended to be done."""
-        return self.remedy not in (None, NOTHING)
+        return self.remedy not in (None, NO_ACTION)
 
     @property
     def falls(self) -> bool:
@@ -114,14 +114,14 @@ def outcome(case: Case, plan: Scenario, found: Diagnosis, *, known: bool = False
     if trial.recommended is None:
         return Outcome(case.record.tag, None, np.nan, np.nan, False, trial.reason)
     chosen = trial[trial.recommended]
-    true = 0.0 if chosen.name == NOTHING else true_improvement(case, plan, chosen.remedy)
+    true = 0.0 if chosen.name == NO_ACTION else true_improvement(case, plan, chosen.remedy)
     return Outcome(case.record.tag, chosen.name, trial.expected, true, chosen.hurts, trial.reason)
 
 
 def report(outcomes: list[Outcome]) -> str:
     lines = [
         f"{len(outcomes)} loops: a remedy on {sum(one.treated for one in outcomes)}, "
-        f"to leave as it is {sum(one.remedy == NOTHING for one in outcomes)}, "
+        f"to leave as it is {sum(one.remedy == NO_ACTION for one in outcomes)}, "
         f"no advice on {sum(one.remedy is None for one in outcomes)}",
         f"PV deviation falls: {sum(one.falls for one in outcomes)}",
         f"rises by more than 5 % unsaid: {sum(one.harmed for one in outcomes)}",
@@ -172,7 +172,7 @@ def main() -> None:
         outcomes.append(one)
         mark = "" if one.falls and one.close else "  <--"
         print(f"{one.tag} {one.remedy} predicted {one.predicted:.2f} true {one.true:.2f}{mark}", flush=True)
-        if one.remedy in (None, NOTHING):
+        if one.remedy in (None, NO_ACTION):
             print(f"    {one.why}")
     print(f"{report(outcomes)}\n{time.perf_counter() - start:.0f} s")
 

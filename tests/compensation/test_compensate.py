@@ -13,12 +13,12 @@ from hypothesis import strategies as some
 
 import stiction as st
 from compensation.population import drawn, outcome
-from stiction.compensation import Behaviour, RemedyTrial, repair
+from stiction.compensation import LoopPerformance, RemedyTrial, repair
 from stiction.compensation.cost import WEIGHTS, cost
-from stiction.compensation.exchange import exchange
 from stiction.compensation.recommend import choose_remedy, repair_not_worthwhile
-from stiction.compensation.remedies import FIX, NOTHING, Remedy
-from stiction.compensation.trials import METRICS, Programme, measure, run
+from stiction.compensation.remedies import NO_ACTION, REPAIR, Remedy
+from stiction.compensation.replace_parts import replace_parts
+from stiction.compensation.run_trials import METRICS, TrialProgramme, measure_performance, run_programme
 from stiction.diagnosis.loop_state import LoopState
 from stiction.records.check_result import CheckResult
 
@@ -41,29 +41,29 @@ def diagnosis() -> st.Diagnosis:
 
 def test_nothing_and_repair_are_always_there(trial):
     names = [one.name for one in trial.remedies]
-    assert {NOTHING, FIX, "knocker", "constant reinforcement", "two-move", "integral deadband"} <= set(names)
-    assert trial[NOTHING].improvement == 0.0
-    assert trial[NOTHING].cost == pytest.approx(1.0)
-    assert trial[NOTHING].worst == pytest.approx(1.0)
+    assert {NO_ACTION, REPAIR, "knocker", "constant reinforcement", "two-move", "integral deadband"} <= set(names)
+    assert trial[NO_ACTION].improvement == 0.0
+    assert trial[NO_ACTION].cost == pytest.approx(1.0)
+    assert trial[NO_ACTION].worst == pytest.approx(1.0)
     assert [one.cost for one in trial.remedies] == sorted(one.cost for one in trial.remedies)
 
 
 def test_repair_scales_with_S():
     """A Kano cycle scales with S (science.md N24), so that 1 % left of 5 % takes four fifths of the deviation."""
-    quiet = st.compensate(exchange(LOOP, noise=0.0, valve=st.Kano(5.0, 2.5)), seeds=8)
-    assert quiet[FIX].improvement == pytest.approx(0.8, abs=0.05)
+    quiet = st.compensate(replace_parts(LOOP, noise=0.0, valve=st.Kano(5.0, 2.5)), seeds=8)
+    assert quiet[REPAIR].improvement == pytest.approx(0.8, abs=0.05)
 
 
 def test_wear_is_billed(trial):
     """science.md F: reinforcement with noise drives the stem many times as far; a knocker reverses more often."""
-    assert trial["knocker"].behaviour.reversals > 2.0 * trial[NOTHING].behaviour.reversals
-    assert trial["integral deadband"].behaviour.travel < trial[NOTHING].behaviour.travel
-    assert trial["integral deadband"].behaviour.offset > 3.0 * trial[NOTHING].behaviour.offset
+    assert trial["knocker"].behaviour.reversals > 2.0 * trial[NO_ACTION].behaviour.reversals
+    assert trial["integral deadband"].behaviour.travel < trial[NO_ACTION].behaviour.travel
+    assert trial["integral deadband"].behaviour.offset > 3.0 * trial[NO_ACTION].behaviour.offset
 
 
 def test_recommendation_names_repair_price_and_error(trial):
-    assert trial.recommended not in (None, NOTHING, FIX)
-    assert "Fixing the valve" in trial.reason
+    assert trial.recommended not in (None, NO_ACTION, REPAIR)
+    assert "Repair of the valve" in trial.reason
     assert "stem travel" in trial.risk
     assert "30 %" in trial.risk
     assert trial[trial.recommended].improvement >= 0.1
@@ -77,7 +77,7 @@ def test_same_seeds_same_answer(trial):
 def test_trial_is_json(trial):
     kept = json.loads(json.dumps(trial.to_dict(), allow_nan=False))
     assert len(kept["remedies"]) == len(trial.remedies)
-    assert set(kept["trends"]) == {NOTHING, FIX, trial.recommended}
+    assert set(kept["trends"]) == {NO_ACTION, REPAIR, trial.recommended}
 
 
 def test_unit_of_pv_plays_no_part():
@@ -95,7 +95,7 @@ def test_weights_decide():
     hand = [one for one in by_pv.remedies if one.at_hand]
     assert by_pv[by_pv.recommended].behaviour.pv_std == min(one.behaviour.pv_std for one in hand if not one.hurts)
     by_wear = st.compensate(LOOP, weights=plain | {"travel": 1.0, "pv_std": 0.1}, seeds=4)
-    assert by_wear[by_wear.recommended].behaviour.travel < by_wear[NOTHING].behaviour.travel
+    assert by_wear[by_wear.recommended].behaviour.travel < by_wear[NO_ACTION].behaviour.travel
 
 
 @pytest.mark.parametrize("bad", [{"price": 1.0}, {"travel": -1.0}, dict.fromkeys(WEIGHTS, 0.0)])
@@ -110,7 +110,7 @@ def test_bad_source():
     with pytest.raises(st.ParameterError, match="seeds"):
         st.compensate(LOOP, seeds=0)
     with pytest.raises(st.ParameterError, match="no S and J"):
-        st.compensate(exchange(LOOP, valve=st.Ideal()))
+        st.compensate(replace_parts(LOOP, valve=st.Ideal()))
 
 
 def test_progress_ends_at_the_total():
@@ -135,12 +135,12 @@ def warning(name: str) -> CheckResult:
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
-        ({"verdict": "undecided"}, "Undecided"),
-        ({"verdict": "no_stiction"}, "was not found to stick"),
+        ({"verdict": "undecided"}, "It is undecided"),
+        ({"verdict": "no_stiction"}, "No stiction was found"),
         ({"identification": None}, "no twin"),
         ({"check": "saturation"}, "OP is at its limits"),
-        ({"loop_state": LoopState("manual", 0.0, 2500.0)}, "The controller is in manual, so that"),
-        ({"loop_state": LoopState("shut_in", 0.0, 2500.0)}, "The flow is shut in, so that"),
+        ({"loop_state": LoopState("manual", 0.0, 2500.0)}, "The controller is in manual, so the record"),
+        ({"loop_state": LoopState("shut_in", 0.0, 2500.0)}, "The flow is shut in, so the record"),
         ({"controller": st.PID(0.9, 3.0)}, "twin"),
     ],
 )
@@ -160,14 +160,14 @@ def test_no_advice_where_there_is_no_ground_for_it(diagnosis, change, reason):
 
 def test_loop_without_a_cycle_needs_no_remedy():
     """J = 0 on a self-regulating process: no cycle exists (science.md B)."""
-    said = st.compensate(exchange(LOOP, valve=st.Kano(5.0, 0.0), noise=0.0))
+    said = st.compensate(replace_parts(LOOP, valve=st.Kano(5.0, 0.0), noise=0.0))
     assert said.refused
-    assert "does not cycle" in said.reason
+    assert "does not oscillate" in said.reason
 
 
 def trial_of(name: str, improvement: float, worst: float, price: float) -> RemedyTrial:
-    behaviour = Behaviour(1.0 - improvement, 1.0, 0.1, 1.0, 1.0, 1.0, 1.0, 1.0)
-    return RemedyTrial(Remedy(name, "Do it."), behaviour, improvement, improvement, (worst,), price, name != FIX)
+    behaviour = LoopPerformance(1.0 - improvement, 1.0, 0.1, 1.0, 1.0, 1.0, 1.0, 1.0)
+    return RemedyTrial(Remedy(name, "Do it."), behaviour, improvement, improvement, (worst,), price, name != REPAIR)
 
 
 numbers = some.tuples(some.floats(-1.0, 1.0), some.floats(0.0, 3.0), some.floats(0.1, 3.0))
@@ -177,13 +177,13 @@ numbers = some.tuples(some.floats(-1.0, 1.0), some.floats(0.0, 3.0), some.floats
 @given(rows=some.lists(numbers, min_size=1, max_size=6))
 def test_what_hurts_or_hardly_helps_is_never_recommended(rows):
     trials = [trial_of(f"remedy {i}", *row) for i, row in enumerate(rows)]
-    trials += [trial_of(NOTHING, 0.0, 1.0, 1.0), trial_of(FIX, 0.9, 0.5, 0.05)]
+    trials += [trial_of(NO_ACTION, 0.0, 1.0, 1.0), trial_of(REPAIR, 0.9, 0.5, 0.05)]
     ranked = tuple(sorted(trials, key=lambda one: one.cost))
     name, reason, *_ = choose_remedy(ranked)
     chosen = next(one for one in ranked if one.name == name)
-    assert name != FIX
+    assert name != REPAIR
     assert "valve" in reason
-    if name != NOTHING:
+    if name != NO_ACTION:
         assert chosen.improvement >= 0.1
         assert chosen.worst <= 1.05
         assert chosen.cost < 1.0
@@ -193,21 +193,27 @@ def test_what_hurts_or_hardly_helps_is_never_recommended(rows):
         ]
 
 
-@pytest.mark.parametrize(("improvement", "given", "found"), [(0.09, NOTHING, NOTHING), (0.19, "knocker", NOTHING)])
+@pytest.mark.parametrize(
+    ("improvement", "given", "found"), [(0.09, NO_ACTION, NO_ACTION), (0.19, "knocker", NO_ACTION)]
+)
 def test_a_record_asks_for_twice_as_much(improvement, given, found):
     """10 % on a loop that is given, 20 % on the twin of a record; where it helps by more it is taken on both."""
-    ranked = trial_of(FIX, 0.9, 0.5, 0.05), trial_of("knocker", improvement, 0.8, 0.7), trial_of(NOTHING, 0.0, 1.0, 1.0)
-    assert (choose_remedy(ranked)[0], choose_remedy(ranked, found=True)[0]) == (given, found)
+    ranked = (
+        trial_of(REPAIR, 0.9, 0.5, 0.05),
+        trial_of("knocker", improvement, 0.8, 0.7),
+        trial_of(NO_ACTION, 0.0, 1.0, 1.0),
+    )
+    assert (choose_remedy(ranked)[0], choose_remedy(ranked, from_record=True)[0]) == (given, found)
     better = (ranked[0], trial_of("knocker", 0.21, 0.8, 0.7), ranked[2])
-    assert (choose_remedy(better)[0], choose_remedy(better, found=True)[0]) == ("knocker", "knocker")
+    assert (choose_remedy(better)[0], choose_remedy(better, from_record=True)[0]) == ("knocker", "knocker")
 
 
 def test_a_valve_that_changes_nothing_is_not_compensated():
-    fix = trial_of(FIX, 0.003, 1.0, 1.0)
-    assert "change the PV's deviation by 0 % only" in repair_not_worthwhile(fix)
-    assert "-0" not in repair_not_worthwhile(trial_of(FIX, -0.001, 1.0, 1.0))
-    assert "PV's deviation by +44 %: what moves" in repair_not_worthwhile(trial_of(FIX, -0.44, 1.0, 1.0))
-    assert repair_not_worthwhile(trial_of(FIX, 0.5, 0.5, 0.5)) == ""
+    fix = trial_of(REPAIR, 0.003, 1.0, 1.0)
+    assert "change the PV deviation by 0 % only" in repair_not_worthwhile(fix)
+    assert "-0" not in repair_not_worthwhile(trial_of(REPAIR, -0.001, 1.0, 1.0))
+    assert "PV's deviation by +44 %: what moves" in repair_not_worthwhile(trial_of(REPAIR, -0.44, 1.0, 1.0))
+    assert repair_not_worthwhile(trial_of(REPAIR, 0.5, 0.5, 0.5)) == ""
 
 
 def recorded(loop: st.Loop, sp: float | np.ndarray = 50.0) -> st.LoopRecord:
@@ -236,9 +242,9 @@ def test_a_small_S_that_makes_the_whole_cycle_is_worth_a_repair(K, valve):
     assert found.S < 1.1
     assert not found.refused
     true = 1.0 - deviation(recorded(repair(loop))) / deviation(record)
-    assert found[FIX].improvement == pytest.approx(true, abs=0.15)
-    assert found[FIX].improvement > 0.4
-    assert "half of its S" in found[FIX].remedy.words
+    assert found[REPAIR].improvement == pytest.approx(true, abs=0.15)
+    assert found[REPAIR].improvement > 0.4
+    assert "half of its S" in found[REPAIR].remedy.words
 
 
 @pytest.mark.parametrize("K", [1.0, 8.0])
@@ -253,15 +259,15 @@ def test_a_small_S_in_a_loop_that_its_set_point_moves_is_not_worth_a_repair(K):
     found = st.compensate(told, seeds=4)
     assert found.S < 1.0
     assert found.refused
-    assert "what moves the PV is not the valve" in found.reason
+    assert "something else moves the PV" in found.reason
 
 
 def test_on_the_twin_of_a_record_only_what_it_predicts():
     """The same trials: on a loop that is given the cheapest, on a record's twin the cheapest that is sure."""
     named = ("integral deadband", 0.8, 0.5, 0.3), ("knocker", 0.5, 0.95, 0.5), ("constant reinforcement", 0.4, 0.8, 0.6)
-    ranked = (*(trial_of(*one) for one in named), trial_of(FIX, 0.9, 0.2, 0.7), trial_of(NOTHING, 0.0, 1.0, 1.0))
+    ranked = (*(trial_of(*one) for one in named), trial_of(REPAIR, 0.9, 0.2, 0.7), trial_of(NO_ACTION, 0.0, 1.0, 1.0))
     assert choose_remedy(ranked)[0] == "integral deadband"
-    name, reason, _, expected = choose_remedy(ranked, found=True)
+    name, reason, _, expected = choose_remedy(ranked, from_record=True)
     assert name == "constant reinforcement"
     assert expected == pytest.approx(0.36)
     assert "expect 36 % on the plant" in reason
@@ -273,8 +279,8 @@ def test_row_of_a_run():
     mv = np.tile([0.0, 1.0, 1.0, 0.0], n // 4)
     pv = np.tile([1.0, 3.0], n // 2)
     record = st.LoopRecord("x", 9.0, op=2.0 * mv, pv=pv, sp=np.full(n, 1.0), mv=mv)
-    plan = Programme(0.0, 0.0, 0, n, 0, 0.0, 0.0, 0.0)
-    row = dict(zip(METRICS, measure(record, plan._replace(steady=n - 2, step=1)), strict=True))
+    plan = TrialProgramme(0.0, 0.0, 0, n, 0, 0.0, 0.0, 0.0)
+    row = dict(zip(METRICS, measure_performance(record, plan._replace(steady=n - 2, step=1)), strict=True))
     assert row["pv_std"] == pytest.approx(1.0)
     assert row["iae"] == pytest.approx(1.0)
     assert row["offset"] == pytest.approx(1.0)
@@ -287,7 +293,9 @@ def test_each_step_is_billed_in_its_own_window():
     """8 samples left out, 12 undisturbed with an error of 1, 4 of 3 after the set point's step, 4 of 5 at the end."""
     error = np.repeat([9.0, 1.0, 3.0, 5.0], [8, 12, 4, 4])
     record = st.LoopRecord("x", 1.0, op=error, pv=error, sp=np.zeros(28), mv=error)
-    row = dict(zip(METRICS, measure(record, Programme(0.0, 0.0, 8, 12, 4, 0.0, 0.0, 0.0)), strict=True))
+    row = dict(
+        zip(METRICS, measure_performance(record, TrialProgramme(0.0, 0.0, 8, 12, 4, 0.0, 0.0, 0.0)), strict=True)
+    )
     assert (row["iae"], row["sp_step"], row["load_step"]) == (1.0, 3.0, 5.0)
 
 
@@ -295,7 +303,7 @@ def test_each_step_is_billed_in_its_own_window():
 def test_a_run_goes_through_its_programme(seed):
     """An open loop shows what moves it: a step of the set point, then one of the load, both up or both down."""
     loop = st.Loop(st.PID(0.0, math.inf), st.Ideal(), st.FOPDT(2.0, 0.0, 1.0), dt=1.0)
-    record = run(loop, Programme(40.0, 30.0, 48, 20, 10, 3.0, 4.0, 0.0), seed)
+    record = run_programme(loop, TrialProgramme(40.0, 30.0, 48, 20, 10, 3.0, 4.0, 0.0), seed)
     side = 1.0 if seed else -1.0
     assert set(record.pv[1:79]) == {40.0}
     assert set(record.pv[79:]) == {40.0 + 2.0 * 4.0 * side}
@@ -313,7 +321,7 @@ def test_cost_of_nothing_is_one():
 
 def test_exchanged_loop_runs_as_a_new_one():
     pid = st.PID(0.1, 20.0)
-    a = st.simulate(exchange(LOOP, controller=pid, noise=0.0), 10.0, 300.0)
+    a = st.simulate(replace_parts(LOOP, controller=pid, noise=0.0), 10.0, 300.0)
     b = st.simulate(replace(LOOP, controller=pid, noise=0.0), 10.0, 300.0)
     assert np.array_equal(a.pv, b.pv)
 
@@ -331,7 +339,7 @@ def test_advice_holds_on_loops_it_has_not_seen():
 
 def test_a_controller_beside_a_loop_is_refused_and_not_passed_over():
     loop = st.Loop(st.PID(0.2, 10.0), st.Kano(5.0, 2.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
-    with pytest.raises(st.ParameterError, match="the Loop has its own"):
+    with pytest.raises(st.ParameterError, match="a Loop has its own"):
         st.compensate(loop, controller=st.PID(0.1, 10.0))
     with pytest.raises(st.ParameterError, match="period = -1 s is not positive"):
         st.retune(loop, -1.0)
@@ -339,7 +347,7 @@ def test_a_controller_beside_a_loop_is_refused_and_not_passed_over():
 
 @pytest.mark.parametrize(("improvement", "worth"), [(0.101, True), (0.099, False)])
 def test_a_good_valve_must_lower_the_deviation_by_a_tenth(improvement, worth):
-    fix = trial_of(FIX, improvement, 1.0, 1.0)
+    fix = trial_of(REPAIR, improvement, 1.0, 1.0)
     assert (repair_not_worthwhile(fix) == "") is worth
-    reason = choose_remedy((fix, trial_of(NOTHING, 0.0, 1.0, 1.0)))[1]
-    assert reason.startswith("Fixing the valve lowers" if worth else "Fixing the valve changes")
+    reason = choose_remedy((fix, trial_of(NO_ACTION, 0.0, 1.0, 1.0)))[1]
+    assert reason.startswith("Repair of the valve lowers" if worth else "Repair of the valve changes")

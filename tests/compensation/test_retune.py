@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as some
 
 import stiction as st
-from stiction.compensation import df_margin, repair, retune
-from stiction.compensation.retune import sensitivity
+from stiction.compensation import describing_function_margin, repair, retune
+from stiction.compensation.retune import maximum_sensitivity
 
 LOOP = st.Loop(st.PID(0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
 
@@ -64,18 +64,18 @@ def test_law_of_the_fast_process(Kc, Ti, K, d, load):
 def test_sensitivity_of_simc():
     """Skogestad's tuning of first order with dead time, L = exp(-D s) / (2 D s), has Ms = 1.59."""
     loop = st.Loop(st.PID(10.0 / (3.0 * 2.0 * 4.0), 10.0), st.Ideal(), st.FOPDT(3.0, 10.0, 4.0), dt=0.001)
-    assert sensitivity(loop) == pytest.approx(1.59, abs=0.01)
+    assert maximum_sensitivity(loop) == pytest.approx(1.59, abs=0.01)
 
 
 def test_sensitivity_of_an_unstable_loop_is_infinite():
-    assert sensitivity(replace(LOOP, controller=st.PID(2.0, 2.0))) == np.inf
+    assert maximum_sensitivity(replace(LOOP, controller=st.PID(2.0, 2.0))) == np.inf
 
 
 def test_margin_is_zero_only_where_a_cycle_is_predicted():
     assert st.predict_limit_cycles(LOOP, exact=False)
     calm = replace(LOOP, valve=st.Kano(3.0, 0.0))
     assert not [c for c in st.predict_limit_cycles(calm, exact=False) if c.kind == "cycle"]
-    assert df_margin(LOOP) < 0.1 < df_margin(calm)
+    assert describing_function_margin(LOOP) < 0.1 < describing_function_margin(calm)
 
 
 def test_setting_keeps_its_limits():
@@ -83,7 +83,7 @@ def test_setting_keeps_its_limits():
     chosen = next(one for one in found.curve if (one.Kc, one.Ti) == (found.controller.Kc, found.controller.Ti))
     assert chosen.allowed
     assert chosen.load_iae <= 1.5
-    assert sensitivity(replace(LOOP, controller=found.controller)) <= max(1.8, sensitivity(LOOP))
+    assert maximum_sensitivity(replace(LOOP, controller=found.controller)) <= max(1.8, maximum_sensitivity(LOOP))
 
 
 def test_of_settings_about_as_mild_the_one_that_controls_best_is_taken():
@@ -162,9 +162,9 @@ def test_models_of_one_valve_are_given_one_setting(twin):
 def test_a_valve_that_depends_on_the_rate_has_a_margin_too():
     """r far below what any cycle of the loop reaches is r = 0."""
     loop = st.Loop(st.PID(0.2, 10.0), st.Srinivasan(3.5, 2.0, 1e-9), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
-    always = df_margin(replace(loop, valve=st.Kano(5.0, 2.0)))
-    assert df_margin(loop) == pytest.approx(always, rel=1e-3)
-    assert df_margin(replace(loop, valve=st.Srinivasan(3.5, 2.0, 0.05))) > 0.0
+    always = describing_function_margin(replace(loop, valve=st.Kano(5.0, 2.0)))
+    assert describing_function_margin(loop) == pytest.approx(always, rel=1e-3)
+    assert describing_function_margin(replace(loop, valve=st.Srinivasan(3.5, 2.0, 0.05))) > 0.0
 
 
 def test_a_valve_whose_bands_are_0_is_retuned_as_the_ideal_one():

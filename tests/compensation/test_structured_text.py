@@ -14,7 +14,7 @@ from hypothesis import strategies as some
 from tests.compensation.iec_interpreter import FunctionBlock
 
 import stiction as st
-from stiction.compensation.iec_text import lreal
+from stiction.compensation.iec_format import format_lreal
 from stiction.compensation.structured_text import recommended_text, structured_text
 from stiction.errors import ParameterError
 from stiction.models import compensators
@@ -255,7 +255,7 @@ def test_a_recommended_compensator_goes_out_with_its_prediction(trial):
     ratio = trial["knocker"].behaviour.pv_std / trial["do nothing"].behaviour.pv_std
     assert f"PV deviation x {ratio:.2f}" in text
     assert "may not hold" not in text
-    assert "sampled every 1 s, not every 0.5 s" in recommended_text(trial, dt=0.5)
+    assert "a scan time of 1 s instead of 0.5 s" in recommended_text(trial, dt=0.5)
 
 
 @pytest.mark.parametrize("recommended", ["retune", "do nothing", None])
@@ -266,7 +266,7 @@ def test_what_is_no_compensator_has_no_text(trial, recommended):
 
 @given(some.floats(allow_nan=False, allow_infinity=False))
 def test_a_number_reads_back_as_the_same_double(value):
-    body = f"FUNCTION_BLOCK F VAR_OUTPUT X : LREAL := {lreal(value)}; END_VAR END_FUNCTION_BLOCK"
+    body = f"FUNCTION_BLOCK F VAR_OUTPUT X : LREAL := {format_lreal(value)}; END_VAR END_FUNCTION_BLOCK"
     assert FunctionBlock(body).instance()() == [value]
 
 

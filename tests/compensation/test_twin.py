@@ -11,13 +11,19 @@ import pytest
 
 import stiction as st
 from stiction.compensation import Twin, build_twin
+from stiction.compensation.adjust_twin import adjust_twin
 from stiction.compensation.controller_from_record import controller_from_record
-from stiction.compensation.cycle import Cycle, cycle_of, distance, pace
-from stiction.compensation.locked import locked_to
-from stiction.compensation.match import bring_nearer
+from stiction.compensation.cycle_average import periodic_part
+from stiction.compensation.cycle_measurement import Cycle, crossing_period, cycle_distance, simulate_cycle
+from stiction.compensation.external_inputs import ExternalInputs
 from stiction.compensation.refine_model import refine_model
-from stiction.compensation.surroundings import Surroundings
-from stiction.compensation.twin import _against, _changes, _judge, analysed_segment, twin_of_loop
+from stiction.compensation.twin import (
+    _compare_cycles,
+    _describe_changes,
+    _wrong_action_text,
+    analysed_segment,
+    twin_of_loop,
+)
 from stiction.models import SOPDT
 
 PID = st.PID(0.2, 10.0, op_limits=(0.0, 100.0))
@@ -50,13 +56,13 @@ def test_twin_is_the_loop(twin):
     assert twin.loop.controller.Kc == pytest.approx(0.2, rel=0.01)
     assert twin.loop.controller.Ti == pytest.approx(10.0, rel=0.02)
     assert twin.loop.noise == pytest.approx(0.05, rel=0.15)
-    assert 0.05 < twin.around.left.std() < 0.15
+    assert 0.05 < twin.inputs.pv_residual.std() < 0.15
 
 
 def test_twin_cycles_as_the_benchmark_does():
     """science.md N16: this loop in steps of 1 s has T = 162.8 s and OP_pp = 3.499 %."""
     quiet = st.Loop(st.PID(0.2, 10.0), LOOP.valve, LOOP.process, dt=1.0)
-    cycle, spread, run = cycle_of(quiet, 10.0, 0.0, 162.8)
+    cycle, spread, run = simulate_cycle(quiet, 10.0, 0.0, 162.8)
     assert cycle.period == pytest.approx(162.8, rel=0.01)
     assert np.ptp(run.op) == pytest.approx(3.499, rel=0.01)
     assert spread == 0.0
@@ -71,7 +77,7 @@ def test_overlay_is_in_phase(twin):
 
 def test_twin_is_json(twin):
     assert json.loads(json.dumps(twin.to_dict(), allow_nan=False))["fits"] is True
-    assert "repeats" in twin.summary()
+    assert "oscillates like" in twin.summary()
 
 
 def test_second_lag_is_found():
@@ -82,7 +88,7 @@ def test_second_lag_is_found():
     true = np.interp(t - 3.0, t, 1.0 - (34.0 * np.exp(-t / 34.0) - 16.0 * np.exp(-t / 16.0)) / 18.0, left=0.0)
     run = st.simulate(st.Loop(st.PID(0.0, 1e9), st.Ideal(), better.process, dt=1.0), 0.0, 150.0, np.ones(150))
     assert better.process.order == 2
-    assert better.error < better.error_found
+    assert better.error < better.identified_error
     assert np.abs(run.pv - true).max() < 0.06
 
 
@@ -112,13 +118,13 @@ def test_moving_set_point_is_followed(diagnosis):
 def test_nearer_twin_is_found():
     """A dead time and a band that are off are brought back by period and amplitudes alone."""
     quiet = st.Loop(st.PID(0.2, 10.0), st.Kano(5.0, 2.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
-    target, _, _ = cycle_of(quiet, 0.0, 0.0, 142.0)
+    target, _, _ = simulate_cycle(quiet, 0.0, 0.0, 142.0)
     off = st.Loop(quiet.controller, st.Kano(4.2, 2.1), st.FOPDT(3.0, 10.0, 8.0), dt=1.0)
-    before, _, _ = cycle_of(off, 0.0, 0.0, 142.0)
-    nearer = bring_nearer(off, 0.0, 0.0, None, target)
+    before, _, _ = simulate_cycle(off, 0.0, 0.0, 142.0)
+    nearer = adjust_twin(off, 0.0, 0.0, None, target)
     assert nearer is not None
-    after, _, _ = cycle_of(nearer[0], 0.0, 0.0, 142.0)
-    assert distance(target, after) < 0.5 * distance(target, before)
+    after, _, _ = simulate_cycle(nearer[0], 0.0, 0.0, 142.0)
+    assert cycle_distance(target, after) < 0.5 * cycle_distance(target, before)
     assert nearer[1]
 
 
@@ -133,7 +139,7 @@ def test_limits_of_a_twin_that_fits(period, amplitude, spread, fits):
     """15 % of the period and 25 % of the amplitudes; up to 15 % more where its own runs differ."""
     record = Cycle(60.0, 2.0, 3.0)
     for twin in (Cycle(60.0 * period, 2.0 * amplitude, 3.0), Cycle(60.0 * period, 2.0, 3.0 * amplitude)):
-        assert _judge(record, twin, spread)[0] is fits
+        assert _compare_cycles(record, twin, spread)[0] is fits
 
 
 @pytest.mark.parametrize(("unexplained", "fits"), [(0.39, True), (0.41, False)])
@@ -144,19 +150,19 @@ def test_a_twin_that_leaves_more_than_four_tenths_of_the_pv_is_none(unexplained,
     )
     twin = build_twin(diagnosis)
     assert twin.fits is fits
-    assert ("unexplained" in twin.reason) is not fits
+    assert ("do not explain" in twin.reason) is not fits
 
 
 @pytest.mark.parametrize("n", [400, 410, 430])
 def test_pace_of_a_wave_that_rises_faster_than_it_falls(n):
     """A quarter of 40 samples up, three quarters down: as many of both, or the mean is of neither."""
     phase = (np.arange(n) % 40) / 40.0
-    assert pace(np.where(phase < 0.25, 1.0, -1.0 / 3.0), 40.0) == pytest.approx(40.0)
+    assert crossing_period(np.where(phase < 0.25, 1.0, -1.0 / 3.0), 40.0) == pytest.approx(40.0)
 
 
 def test_distance_of_a_loop_without_a_cycle():
-    assert distance(Cycle(10.0, 1.0, 1.0), Cycle(float("nan"), 0.0, 0.0)) == np.inf
-    assert distance(Cycle(10.0, 1.0, 1.0), Cycle(11.0, 1.1, 1.1)) == pytest.approx(np.log(1.1))
+    assert cycle_distance(Cycle(10.0, 1.0, 1.0), Cycle(float("nan"), 0.0, 0.0)) == np.inf
+    assert cycle_distance(Cycle(10.0, 1.0, 1.0), Cycle(11.0, 1.1, 1.1)) == pytest.approx(np.log(1.1))
 
 
 def test_given_parameters_are_their_own_twin():
@@ -190,17 +196,17 @@ def test_derivative_behind_a_lag_is_found():
 def test_surroundings_are_played_with_the_record_s_size_and_pace():
     """Turned round in time or sign, a sine stays a sine of its period, and twice as fine it takes twice the samples."""
     sine = np.sin(2.0 * np.pi * np.arange(400) / 40.0)
-    around = Surroundings(np.zeros(1), sine, 1.0)
+    inputs = ExternalInputs(np.zeros(1), sine, 1.0)
     for seed in range(5):
-        moves, left = around.drawn(np.random.default_rng(seed), 4000, 0.5)
-        assert not moves.any()
-        assert left.std() == pytest.approx(sine.std(), rel=0.02)
-        assert abs(int(np.abs(np.fft.rfft(left))[1:].argmax()) + 1 - 50) <= 3
+        sp_deviation, pv_residual = inputs.sample(np.random.default_rng(seed), 4000, 0.5)
+        assert not sp_deviation.any()
+        assert pv_residual.std() == pytest.approx(sine.std(), rel=0.02)
+        assert abs(int(np.abs(np.fft.rfft(pv_residual))[1:].argmax()) + 1 - 50) <= 3
 
 
 def test_surroundings_are_played_with_either_sign():
-    around = Surroundings(np.zeros(1), np.ones(10), 1.0)
-    signs = [float(around.drawn(np.random.default_rng(seed), 20, 1.0)[1].mean()) for seed in range(20)]
+    inputs = ExternalInputs(np.zeros(1), np.ones(10), 1.0)
+    signs = [float(inputs.sample(np.random.default_rng(seed), 20, 1.0)[1].mean()) for seed in range(20)]
     assert set(signs) == {-1.0, 1.0}
 
 
@@ -209,7 +215,7 @@ def test_a_derivative_behind_a_lag_must_leave_much_less(left, taken, monkeypatch
     """Less than 0.7 of the 0.05 that one without a lag leaves: more parameters always fit a little better."""
     page = importlib.import_module("stiction.compensation.controller_from_record")
     lagged_noise = st.PID(0.15, 12.0, Td=4.0, N=8.0)
-    monkeypatch.setattr(page, "_with_lag", lambda *_: (lagged_noise, 1.0 - left, 0.95))
+    monkeypatch.setattr(page, "_fit_filtered_derivative", lambda *_: (lagged_noise, 1.0 - left, 0.95))
     loop = replace(LOOP, controller=st.PID(0.15, 12.0, Td=4.0, op_limits=(0.0, 100.0)))
     assert (controller_from_record(recorded(loop, 2500))[0] is lagged_noise) is taken
 
@@ -218,16 +224,16 @@ def test_of_few_cycles_noise_keeps_no_step():
     """The mean of 6 cycles of noise is 0.4 of it by chance; most of that is not taken for the model's error."""
     t = np.arange(360.0)
     noise = np.random.default_rng(2).normal(size=t.size)
-    assert np.std(locked_to(np.sin(2.0 * np.pi * t / 60.0), noise, 60.0)) < 0.2
+    assert np.std(periodic_part(np.sin(2.0 * np.pi * t / 60.0), noise, 60.0)) < 0.2
 
 
 def test_what_keeps_step_with_the_cycle_is_the_model_s_error():
     """A wave at the cycle's pace is taken; one at another pace stays."""
     t = np.arange(3000.0)
     op, other = np.sin(2.0 * np.pi * t / 60.0), np.sin(2.0 * np.pi * t / 37.3)
-    taken = locked_to(op, 0.5 * np.cos(2.0 * np.pi * t / 60.0) + other, 60.0)
+    taken = periodic_part(op, 0.5 * np.cos(2.0 * np.pi * t / 60.0) + other, 60.0)
     assert np.std(taken[60:-60] - 0.5 * np.cos(2.0 * np.pi * t / 60.0)[60:-60]) < 0.1
-    assert np.std(locked_to(op, other, 60.0)) < 0.1
+    assert np.std(periodic_part(op, other, 60.0)) < 0.1
 
 
 def test_a_change_too_small_to_matter_is_not_told(diagnosis):
@@ -236,7 +242,7 @@ def test_a_change_too_small_to_matter_is_not_told(diagnosis):
     none = replace(found, process=replace(found.process, dead_time=0.0))
     better = refine_model(diagnosis.record, found, period)._replace(S=found.S, J=found.J)
     for dead_time, told in ((6.9e-9, ()), (5.0, ("dead time 0 to 5 s",))):
-        assert _changes(none, better._replace(process=st.FOPDT(3.0, 10.0, dead_time))) == told
+        assert _describe_changes(none, better._replace(process=st.FOPDT(3.0, 10.0, dead_time))) == told
 
 
 @pytest.fixture(scope="module")
@@ -256,13 +262,13 @@ def test_a_twin_is_kicked_off_its_point_of_rest(demo_twin):
 
 def test_overlay_shows_periods_in_which_the_twin_cycles(demo_twin):
     """Wherever the twin rests for most of its run, what is laid over the record is what cycles."""
-    from stiction.compensation.twin import _overlay
+    from stiction.compensation.twin import _align_periods
 
     record, shown = recorded(LOOP, 2500), 3 * 163
     t = np.arange(3000)
     cycling = 2.0 * np.sin(2.0 * np.pi * t / 163.0) * ((t > 2300) & (t < 2900))
     still = st.LoopRecord("twin", 1.0, op=50.0 + cycling, pv=50.0 + cycling, sp=np.full(t.size, 50.0))
-    over = _overlay(record, record.pv, still, 163.0)
+    over = _align_periods(record, record.pv, still, 163.0)
     assert len(over["op"]) == shown
     assert np.ptp(over["op_twin"][: shown // 3]) > 3.0
     assert np.corrcoef(over["op"], over["op_twin"])[0, 1] > 0.9
@@ -272,11 +278,11 @@ def test_overlay_shows_periods_in_which_the_twin_cycles(demo_twin):
 
 def test_overlay_of_a_twin_of_finer_steps_has_the_times_of_the_record():
     """A record of every fifth sample shows no controller's own steps, and its twin runs at the finer ones."""
-    from stiction.compensation.twin import _overlay
+    from stiction.compensation.twin import _align_periods
 
     whole = recorded(LOOP, 4000)
     record = st.LoopRecord("FIC-1", 5.0, op=whole.op[::5], pv=whole.pv[::5], sp=whole.sp[::5])
-    over = _overlay(record, record.pv, whole, 163.0)
+    over = _align_periods(record, record.pv, whole, 163.0)
     assert np.corrcoef(over["op"], over["op_twin"])[0, 1] > 0.99
 
 
@@ -284,25 +290,25 @@ def test_a_twin_that_rests_more_than_the_record_is_told(diagnosis, monkeypatch):
     """Half of its periods without a swing, while the record swings in all."""
     import stiction.compensation.twin as room
 
-    real = room.cycle_of
+    real = room.simulate_cycle
 
     def resting(*given, **more):
         cycle, spread, run = real(*given, **more)
         return replace(cycle, share=0.5), spread, run
 
-    monkeypatch.setattr(room, "cycle_of", resting)
+    monkeypatch.setattr(room, "simulate_cycle", resting)
     twin = build_twin(diagnosis)
     assert twin.fits
     assert "rests in 50 % of its periods, the record in 0 %" in twin.reason
 
 
 def test_share_of_the_periods_that_swing():
-    from stiction.compensation.cycle import cycle_in
+    from stiction.compensation.cycle_measurement import measure_cycle
 
     t = np.arange(4000)
     op = 50.0 + np.sin(2.0 * np.pi * t / 100.0) * (t < 2000)
     record = st.LoopRecord("half", 1.0, op=op, pv=op, sp=np.full(t.size, 50.0))
-    assert cycle_in(record, 100.0).share == pytest.approx(0.5, abs=0.05)
+    assert measure_cycle(record, 100.0).share == pytest.approx(0.5, abs=0.05)
 
 
 @pytest.mark.parametrize(
@@ -317,7 +323,7 @@ def test_share_of_the_periods_that_swing():
 )
 def test_a_controller_of_the_wrong_sign_is_named(Kc, process, told):
     # Feedback holds PV at SP only where the gains of controller and process multiply to more than 0.
-    said = _against(st.Loop(st.PID(Kc, 10.0), st.Kano(3.0, 1.0), process, 1.0))
+    said = _wrong_action_text(st.Loop(st.PID(Kc, 10.0), st.Kano(3.0, 1.0), process, 1.0))
     assert told in said
     assert bool(said) == bool(told)
 
@@ -335,8 +341,8 @@ def test_the_twin_is_of_the_part_that_was_analysed():
 
 def test_a_process_that_was_not_identified_is_not_blamed_on_a_given_controller():
     loop = st.Loop(st.PID(-5.0, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), 1.0)
-    assert "one of the two was not identified" in _against(loop, given=False)
-    assert "Give Kc = 5 " in _against(loop)
+    assert "one of the two is wrong" in _wrong_action_text(loop, given=False)
+    assert "Give Kc = 5 " in _wrong_action_text(loop)
 
 
 @pytest.mark.parametrize(("explained", "taken"), [(0.905, True), (0.895, False)])
@@ -345,7 +351,7 @@ def test_a_controller_must_explain_nine_tenths_of_the_op(explained, taken, monke
     record = recorded(replace(LOOP, controller=st.PID(0.15, 12.0, op_limits=(0.0, 100.0))), 2500)
     found = page.fit_controller(record)._replace(explained=explained)
     monkeypatch.setattr(page, "fit_controller", lambda _: found)
-    monkeypatch.setattr(page, "_with_lag", lambda *_: (None, 0.0, 0.0))
+    monkeypatch.setattr(page, "_fit_filtered_derivative", lambda *_: (None, 0.0, 0.0))
     if taken:
         assert controller_from_record(record)[0].Kc == pytest.approx(0.15, rel=1e-3)
     else:

@@ -13,8 +13,8 @@ from hypothesis import strategies as some
 
 import stiction as st
 from report.diagnoses import diagnosis, identification, record
-from stiction.compensation.repair import kept
-from stiction.compensation.shop_tests import acceptance, plan_acceptance, plan_before
+from stiction.compensation.repair import residual_stiction
+from stiction.compensation.shop_tests import acceptance_criteria, plan_acceptance_test, plan_confirmation_tests
 from stiction.compensation.suspect_parts import rank_suspects
 from stiction.compensation.work_order import work_order
 from stiction.errors import ParameterError
@@ -34,7 +34,7 @@ def stroked(plan, S, J, noise=0.02):
 
 @pytest.mark.parametrize(("S", "J"), [(1.5, 0.6), (3.0, 1.0), (5.0, 2.0), (9.0, 3.0), (14.0, 14.0)])
 def test_the_tests_before_show_the_stiction_they_are_planned_for(S, J):
-    ramp, steps = plan_before(40.0, S)
+    ramp, steps = plan_confirmation_tests(40.0, S)
     by_ramp, by_steps = st.analyse_ramp(stroked(ramp, S, J)), st.analyse_steps(stroked(steps, S, J))
     assert by_ramp.verdict == by_steps.verdict == "beyond limit"
     assert by_ramp.quantities()["S"].value == pytest.approx(S, rel=0.05)
@@ -46,26 +46,26 @@ def test_the_tests_before_show_the_stiction_they_are_planned_for(S, J):
     ("S", "J", "verdict"), [(0.3, 0.1, "within limit"), (0.6, 0.2, "within limit"), (2.0, 0.5, "beyond limit")]
 )
 def test_the_test_after_accepts_a_good_valve_and_no_other(S, J, verdict):
-    assert st.analyse_steps(stroked(plan_acceptance(50.0), S, J)).verdict == verdict
+    assert st.analyse_steps(stroked(plan_acceptance_test(50.0), S, J)).verdict == verdict
 
 
 @pytest.mark.parametrize(("S", "J"), [(0.5, 0.5), (0.8, 0.4), (1.6, 0.3)])
 def test_the_test_after_does_not_accept_a_small_S_as_it_was(run, S, J):
-    limit = sum(kept(S))
-    assert f"deadband plus stickband, S, at most {limit:.2g} % of span (half" in acceptance(S)[0]
+    limit = sum(residual_stiction(S))
+    assert f"deadband plus stickband, S, at most {limit:.2g} % of span (half" in acceptance_criteria(S)[0]
     for share, refused in ((1.0, True), (0.3, False)):
-        record = stroked(plan_acceptance(50.0, S), share * S, share * min(J, 0.4 * S), noise=0.005)
+        record = stroked(plan_acceptance_test(50.0, S), share * S, share * min(J, 0.4 * S), noise=0.005)
         assert (st.analyse_steps(record, limit=limit).verdict == "beyond limit") == refused
     found = replace(diagnosis(run=run), identification=identification(run, S, J))
     page = work_order(found).to_text()
-    assert f"Pass: {acceptance(S)[0]}." in page
-    assert f"Staircase of {plan_acceptance(50.0, S).settings['fine_step']:g} % steps" in page
+    assert f"Pass: {acceptance_criteria(S)[0]}." in page
+    assert f"Staircase of {plan_acceptance_test(50.0, S).settings['fine_step']:g} % steps" in page
 
 
 @given(op=some.floats(0.0, 100.0), S=some.floats(0.01, 80.0))
 @settings(max_examples=60)
 def test_planned_tests_stay_within_the_span_and_reach_far_enough(op, S):
-    plans = (*plan_before(op, S), plan_acceptance(op, S))
+    plans = (*plan_confirmation_tests(op, S), plan_acceptance_test(op, S))
     for plan in plans:
         assert plan.op.min() >= 0.0
         assert plan.op.max() <= 100.0
@@ -115,7 +115,7 @@ def test_reversals_a_day_follow_from_the_period(run):
     [
         (1.0, 0.7, 1.4, "Packing", "friction before play"),
         (0.05, 0.0, 0.2, "Linkage", "play before friction"),
-        (0.5, 0.0, 2.0, "Packing", "no telling"),
+        (0.5, 0.0, 2.0, "Packing", "it can be friction or play"),
     ],
 )
 def test_the_jump_orders_the_suspects(run, J, J_low, J_high, first, why):
@@ -138,7 +138,7 @@ def test_what_is_not_known_is_left_to_fill_in(run):
     order = work_order(diagnosis(run=bare, found=False))
     page = order.to_text()
     assert "date ____" in page
-    assert "S and J in % of span (not found; the tests are planned for S up to 5 %): ____" in page
+    assert "S and J in % of span (not identified; the tests are planned for S up to 5 %): ____" in page
     assert "Where the valve position is read" in page
     assert "does not tell friction from play" in page
     assert math.isnan(order.S)
@@ -197,12 +197,12 @@ def test_json_holds_the_whole_order(run):
 def test_an_op_in_another_unit_is_said(run):
     page = work_order(diagnosis(run=replace(run, op=run.op - 60.0))).to_text()
     assert "not in % of span" in page
-    assert "planned about 50 %" in page
+    assert "planned near 50 %" in page
     assert "Usual OP" not in page
     assert "`" not in page
 
 
 def test_an_order_is_made_of_a_diagnosis_only(run):
     for other in (run, [run], None):
-        with pytest.raises(ParameterError, match=r"diagnosis is of type .*; give what st\.diagnose"):
+        with pytest.raises(ParameterError, match=r"diagnosis is of type .*; give the result of st\.diagnose"):
             work_order(other)

@@ -14,7 +14,7 @@ from hypothesis import strategies as some
 import stiction as st
 from report.diagnoses import record
 from stiction.apps.verdict_output import format_S
-from stiction.compensation.shop_tests import plan_before
+from stiction.compensation.shop_tests import plan_confirmation_tests
 from stiction.records import LoopRecord
 from stiction.records.assess import assess_quality
 from stiction.report import labels, write_report
@@ -83,14 +83,14 @@ def test_json_says_the_unit(found, unit):
 def test_no_remedy_is_set_for_an_op_in_another_unit(found):
     trial = st.compensate(found["OP units"], seeds=1)
     assert trial.refused
-    assert "give op_range" in trial.reason
+    assert "(op_range)" in trial.reason
     assert "op_range" not in st.compensate(found["% of span"], seeds=1).reason
 
 
 def test_the_work_order_has_no_sizes_in_another_unit(found):
     order = st.work_order(found["OP units"])
     assert np.isnan([order.S, order.S_low, order.S_high, order.J, order.J_low, order.J_high]).all()
-    assert order.before == plan_before(50.0, 5.0)
+    assert order.before == plan_confirmation_tests(50.0, 5.0)
     assert "of the stroke" not in order.to_text()
 
 

@@ -28,8 +28,8 @@ BAD = {
     "gzip": (b"\x1f\x8b\x08" + b"x" * 500, "is damaged or cut off"),
     "prose": (b"Dear all,\nplease find the trend attached.\n", "no row of numbers"),
     "header only": (b"time_s,PV,OP\n", "no row of numbers"),
-    "one column": (b"PV\n" + b"5\n" * 50, "no loop with PV and OP.*columns="),
-    "no OP": (f"time_s,PV,XX\n{ROWS}".encode(), "no loop with PV and OP.*PV, XX.*columns="),
+    "one column": (b"PV\n" + b"5\n" * 50, "no loop with OP and PV.*columns="),
+    "no OP": (f"time_s,PV,XX\n{ROWS}".encode(), "no loop with OP and PV.*PV, XX.*columns="),
     "no header": (ROWS.encode(), "line 1: there is no header.*columns="),
     "two PV": (f"PV,PV,OP\n{ROWS}".encode(), "'PV' and 'PV' are both the PV"),
     "no time": (f"foo,PV,OP\n{ROWS}".encode(), "no column is known as time.*dt="),
@@ -44,7 +44,10 @@ BAD = {
         "column OP: holds no number.*'open'",
     ),
     "time stands still": (b"time_s,PV,OP\n" + b"5,1,2\n" * 50, "all time stamps are equal; give dt"),
-    "time not understood": (b"Time,PV,OP\n" + b"soon,1,2\n" * 50, "line 2: 'soon' is no time stamp known here; give"),
+    "time not understood": (
+        b"Time,PV,OP\n" + b"soon,1,2\n" * 50,
+        "line 2: 'soon' is not a known form of time stamp; give",
+    ),
     "a century's gap": (
         b"time_s,PV,OP\n" + b"".join(b"%d,1,2\n" % (k if k < 30 else k + 10**9) for k in range(60)),
         "rows 30 and 31 .* 1e\\+09 s apart.*cut the file",

@@ -30,11 +30,11 @@ def test_a_position_comes_to_percent_by_its_own_unit(header, zero, span, options
 @pytest.mark.parametrize(
     ("raw_op", "raw_mv", "options", "remedy"),
     [
-        ((0.0, 1.0), (4.0, 0.16), {}, "mv_range=(4, 20)"),
-        ((0.0, 1.0), (0.0, 0.01), {}, "mv_range=(0, 1)"),
-        ((4.0, 0.16), (4.0, 0.16), {"op_range": (4, 20)}, "mv_range=(4, 20)"),
-        ((0.0, 40.95), (0.0, 40.95), {"op_range": (0, 4095)}, "mv_range=(0, 4095)"),
-        ((0.0, 1.0), (0.0, 655.35), {}, "mv_range=(low, high)"),
+        ((0.0, 1.0), (4.0, 0.16), {}, "(mv_range), 4 to 20"),
+        ((0.0, 1.0), (0.0, 0.01), {}, "(mv_range), 0 to 1"),
+        ((4.0, 0.16), (4.0, 0.16), {"op_range": (4, 20)}, "(mv_range), 4 to 20"),
+        ((0.0, 40.95), (0.0, 40.95), {"op_range": (0, 4095)}, "(mv_range), 0 to 4095"),
+        ((0.0, 1.0), (0.0, 655.35), {}, "(mv_range), low to high"),
     ],
 )
 def test_a_position_unlike_op_is_left_and_said(raw_op, raw_mv, options, remedy, signals, table, read_text):
@@ -112,7 +112,8 @@ def test_thousands_that_may_be_decimals_are_told(mark, signals, table, read_text
     np.testing.assert_allclose(record.pv, big / 1000)
     other = "," if mark == "." else "."
     assert any(
-        f"is read as 1.1; if that is wrong give decimal='{other}'" in told for told in record.provenance.assumptions
+        f"is read as 1.1; if that is wrong give the decimal mark (decimal) '{other}'" in told
+        for told in record.provenance.assumptions
     )
     np.testing.assert_array_equal(read_text(text, decimal=other)[0].pv, big)
     fixed = [f"{x:.3f}".replace(".", mark) for x in op]  # an OP with three decimals says which mark it is

@@ -133,7 +133,9 @@ def test_a_measured_value_taken_for_the_position_is_named_in_the_refusal(signals
     t, pv, op, _ = signals
     text = table("Time,FIC-1:MV [bar],FIC-1:OUT", t, pv, op)
     [record] = read_text(text)
-    with pytest.raises(RecordError, match=r"no PV; .*If FIC-1:MV \[bar\] is the PV.* columns={'pv': 'FIC-1:MV"):
+    with pytest.raises(
+        RecordError, match=r"no PV; .*FIC-1:MV \[bar\] was taken for the valve position; if it is the PV"
+    ):
         st.diagnose(record)
     [record] = read_text(text, columns={"pv": "FIC-1:MV [bar]"})
     np.testing.assert_array_equal(record.pv, pv)
@@ -147,7 +149,7 @@ def test_an_op_that_may_be_in_milliamperes_is_left_as_it_is(unit, low, in_doubt,
     op = np.round(low + 5.0 * (op - op.min()) / np.ptp(op), 3)
     [record] = read_text(table(f"Time,FIC-1.PV,FIC-1.OP{unit}", t, pv, op))
     np.testing.assert_array_equal(record.op, op)
-    assert any("op_range=(4, 20) if it is in mA" in note for note in record.provenance.assumptions) is in_doubt
+    assert any("4 to 20 if it is in mA" in note for note in record.provenance.assumptions) is in_doubt
     assert record.op_in_percent is not in_doubt
 
 

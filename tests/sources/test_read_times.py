@@ -103,7 +103,7 @@ def test_ambiguous_dates_follow_the_data(signals, table, read_text):
 def test_ambiguous_dates_without_a_hint_are_a_stated_guess(signals, table, read_text):
     _, pv, op, _ = signals
     [record] = read_text(table("Time,PV,OP", stamps(len(pv), 10, "%d/%m/%Y %H:%M:%S"), pv, op))
-    assert any("day_first=False" in guess for guess in record.provenance.assumptions)
+    assert any("the day is not first (day_first)" in guess for guess in record.provenance.assumptions)
 
 
 def test_days_above_twelve_settle_the_order(signals, table, read_text):

@@ -199,9 +199,9 @@ def test_units_behind_numbers_are_a_header_row():
 @pytest.mark.parametrize(
     ("pv", "mark", "note"),
     [
-        ('"3,000"', ",", "'3,000' is read as 3000; if that is wrong give decimal=','."),
-        ("1.100", ";", "'1.100' is read as 1.1; if that is wrong give decimal=','."),
-        ("1,100", ";", "'1,100' is read as 1.1; if that is wrong give decimal='.'."),
+        ('"3,000"', ",", "'3,000' is read as 3000; if that is wrong give the decimal mark (decimal) ','."),
+        ("1.100", ";", "'1.100' is read as 1.1; if that is wrong give the decimal mark (decimal) ','."),
+        ("1,100", ";", "'1,100' is read as 1.1; if that is wrong give the decimal mark (decimal) '.'."),
     ],
 )
 def test_thousands_that_may_be_decimals_are_told(pv, mark, note):

@@ -239,7 +239,7 @@ def test_a_step_of_nothing_is_no_step():
 
 
 def test_records_without_steps_are_refused():
-    with pytest.raises(st.RecordError, match="holds no step"):
+    with pytest.raises(st.RecordError, match="has no step"):
         st.analyse_steps(st.stroke(st.Kano(1.0, 1.0), np.full(200, 50.0), 1.0))
     ramp = st.plan_ramp_test(5.0, 15.0, rates=[0.05], wait=10.0)
     with pytest.raises(st.RecordError, match="analyse_ramp"):

@@ -1,4 +1,4 @@
-"""Ask for it: the command line. No science in here.
+"""The command line and the web page. Nothing scientific is computed here.
 
-One page per verb; `stiction.apps.cli` names them. Pages import what is heavy inside their functions only.
+One file for each command; `stiction.apps.cli` lists them. Slow imports are made inside functions.
 """

@@ -1,4 +1,4 @@
-"""From a record or a given loop to advice: diagnosis, trial of remedies, and what goes out to the plant."""
+"""Advice for a record or a given loop: diagnosis, trial of remedies, structured text and work order."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from stiction.apps.failure import Failure, fault
-from stiction.apps.options import in_options
+from stiction.apps.failure import Failure, program_fault
+from stiction.apps.options import option_text
 from stiction.errors import ParameterError, RecordError, StictionError
 
 if TYPE_CHECKING:
@@ -21,18 +21,18 @@ __all__ = ["Advice", "advise_file", "advise_loop"]
 
 
 class Advice(NamedTuple):
-    """What is said of one loop."""
+    """Advice for one loop."""
 
     file: str | None
-    """Name of its file; None where the loop was given."""
+    """Name of its file; None for a given loop."""
     diagnosis: Diagnosis | None
-    """Its diagnosis; None where the loop was given."""
+    """Its diagnosis; None for a given loop."""
     trial: CompensationTrial
-    """The remedies tried, or why none was."""
+    """The trial of remedies, or the reason for none."""
     structured_text: str | None
-    """The compensator recommended, for a control system; None where none is."""
+    """The recommended compensator for a control system; None when there is none."""
     work_order: str | None
-    """The page for the valve shop; None where there is nothing to order."""
+    """The work order for the valve shop; None when the valve needs no work."""
 
 
 def advise_file(
@@ -44,82 +44,83 @@ def advise_file(
     *,
     as_json: bool,
 ) -> tuple[list[Advice], list[Failure]]:
-    """Advise on every loop of a file.
+    """Give advice for every loop of a file.
 
     Parameters
     ----------
     file : str
-        Its name.
+        Name of the file.
     options : mapping
-        How to read it.
+        Options of the reader.
     controller : PID, optional
-        The controller, where it is given.
+        The controller; by default it is identified from the record.
     settings : mapping
-        weights, seeds, duration of the trial.
+        weights, seeds and duration of the trial.
     single : sequence of str
-        Options asked for that are for one loop only.
+        Given options that are for one loop only.
     as_json : bool
-        Whether the output is kept for JSON.
+        Whether the standard output is for JSON only.
 
     Returns
     -------
     tuple of list
-        The advice, and the loops, or the file that cannot be read, for which there is none.
+        The advice, and the failures: loops without advice, or the file when it cannot be read.
 
     Raises
     ------
     ParameterError
-        When it holds several loops and an option is for one.
+        When the file holds several loops and an option is for one loop only.
     """
     from stiction import diagnose, read
-    from stiction.apps.output import note, say, track
+    from stiction.apps.output import print_err, print_out, track
     from stiction.records import summarise
 
     try:
         records = read(file, **options)
     except RecordError as error:
-        return [], [Failure(file, None, in_options(str(error)))]
+        return [], [Failure(file, None, error.text(option_text))]
     if single and len(records) > 1:
         tags = ", ".join(record.tag for record in records)
-        raise ParameterError(f"{single[0]} is for one loop, {file} holds {len(records)} ({tags}); name one with --tag.")
-    (note if as_json else say)(in_options(summarise(records).summary()))
+        raise ParameterError(
+            f"{single[0]} is for one loop, but {file} holds {len(records)} ({tags}); choose one with --tag."
+        )
+    (print_err if as_json else print_out)(summarise(records).summary())
     diagnoses: list[Diagnosis] = []
     failures: list[Failure] = []
     for record in track(records, "Diagnosing"):
         try:
             diagnoses.append(diagnose(record))
         except StictionError as error:
-            failures.append(Failure(file, record.tag, str(error)))
+            failures.append(Failure(file, record.tag, error.text(option_text)))
         except Exception as error:
-            failures.append(fault(file, record.tag, error))
+            failures.append(program_fault(file, record.tag, error))
     advices: list[Advice] = []
     for found in diagnoses:
         try:
-            advices.append(_advice(file, found, _tried(found, controller, settings)))
+            advices.append(_advice(file, found, _run_trial(found, controller, settings)))
         except StictionError:
             raise
         except Exception as error:
-            failures.append(fault(file, found.record.tag, error))
+            failures.append(program_fault(file, found.record.tag, error))
     return advices, failures
 
 
 def advise_loop(loop: Loop, tag: str, settings: Mapping[str, Any]) -> Advice:
-    """Advise on a loop whose parameters are given."""
-    return _advice(None, None, _tried(loop, None, settings, tag))
+    """Give advice for a loop with given parameters."""
+    return _advice(None, None, _run_trial(loop, None, settings, tag))
 
 
-def _tried(
+def _run_trial(
     source: Diagnosis | Loop, controller: PID | None, settings: Mapping[str, Any], tag: str = ""
 ) -> CompensationTrial:
     from stiction import compensate
-    from stiction.apps.output import gauge
+    from stiction.apps.output import progress_callback
     from stiction.diagnosis import Diagnosis
 
     tag = source.record.tag if isinstance(source, Diagnosis) else tag
-    with gauge(tag) as progress:
+    with progress_callback(tag) as progress:
         trial = compensate(source, controller=controller, progress=progress, **settings)
-    reason = in_options(trial.reason.removeprefix(f"{tag}: "))
-    return replace(trial, tag=tag, reason=reason[:1].upper() + reason[1:])
+    return replace(trial, tag=tag)
 
 
 def _advice(file: str | None, found: Diagnosis | None, trial: CompensationTrial) -> Advice:
@@ -129,8 +130,8 @@ def _advice(file: str | None, found: Diagnosis | None, trial: CompensationTrial)
     text = order = None
     if trial.twin is not None and trial.recommended and trial[trial.recommended].remedy.compensator is not None:
         low, high = trial.twin.loop.controller.op_limits
-        # Settings found for an OP in deviations or another unit mean nothing to a control system.
-        if trial.twin.around is None or math.isfinite(low):
+        # A control system cannot use settings for an OP in deviations or in another unit.
+        if trial.twin.inputs is None or math.isfinite(low):
             text = recommended_text(trial, (max(low, 0.0), min(high, 100.0)))
     if found is not None and found.verdict != "no_stiction":
         order = work_order(found, trial).to_text()

@@ -1,20 +1,18 @@
 """``stiction audit``: many loops, ranked, grouped, resumable."""
 
 import difflib
-import re
-from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Group, Parameter
 
-from stiction.apps.options import Json, in_options, refuse_options
+from stiction.apps.options import JsonOption, option_text, reject_misplaced_options
 from stiction.apps.reading_options import ReadingOptions
 from stiction.errors import ParameterError, StictionError
 
 if TYPE_CHECKING:
     from stiction.fleet import Audit
 
-__all__ = ["as_typed", "audit", "print_audit"]
+__all__ = ["audit", "print_audit"]
 
 SOURCES = "What to read: files, folders, patterns or database URLs, as `stiction diagnose` takes them."
 Results = Group("Results", sort_key=2)
@@ -23,7 +21,7 @@ Results = Group("Results", sort_key=2)
 def audit(
     *sources: Annotated[str, Parameter(name="SOURCE", help=SOURCES, allow_leading_hyphen=True)],
     out: Annotated[str | None, Parameter(group=Results)] = None,
-    as_json: Json = False,
+    as_json: JsonOption = False,
     workers: int | None = None,
     dask: str | None = None,
     budget: str | None = None,
@@ -80,9 +78,9 @@ def audit(
     costs
         Cost of a false alarm, of a missed sticky valve, and of an open question; 1 1 0.2 when not given.
     """
-    from stiction.apps.output import note, print_json, say
+    from stiction.apps.output import print_err, print_json, print_out
 
-    refuse_options(sources, audit)
+    reject_misplaced_options(sources, audit)
     if out is None:
         raise ParameterError("no folder for the results was named; give one with --out FOLDER.")
     if pages < 0:
@@ -90,7 +88,7 @@ def audit(
     other = None if compare is None else _open(compare, None, "--compare ")
     found = _run(sources, out, locals()) if sources else _open(out, ledger)
     if found is None:
-        note("Stopped. What is done is kept; the same command goes on.")
+        print_err("Stopped. What is done is kept; the same command goes on.")
         return 130
     if not sources:
         _check_pages(page, [row["tag"] for row in found.rows])
@@ -104,7 +102,7 @@ def audit(
         print_json(found.to_dict() | ({} if changes is None else {"changes": changes}))
     else:
         print_audit(found, changes)
-    (note if as_json else say)(f"Results: {files}")
+    (print_err if as_json else print_out)(f"Results: {files}")
     counts = found.counts
     failed = counts["error"] + counts["timeout"] + counts["crashed"]
     if failed and failed == counts["loops"]:
@@ -116,7 +114,7 @@ def _run(sources: tuple[str, ...], out: str, given: dict[str, Any]) -> "Audit | 
     """Run the audit with a progress bar; None after Ctrl-C."""
     from stiction.apps.audit_interrupt import AuditInterrupt
     from stiction.apps.audit_progress import AuditBar
-    from stiction.apps.output import note
+    from stiction.apps.output import print_err
     from stiction.fleet import Progress
     from stiction.fleet import audit as run_audit
 
@@ -139,32 +137,9 @@ def _run(sources: tuple[str, ...], out: str, given: dict[str, Any]) -> "Audit | 
                 stop=interrupt.stop, **chosen,
             )  # fmt: skip
     except KeyboardInterrupt:
-        note("Stopped. What is done is kept; the same command goes on.")
+        print_err("Stopped. What is done is kept; the same command goes on.")
         raise
-    except StictionError as error:
-        raise type(error)(as_typed(str(error), (*names, "since", "until"))) from None
     return found if found.run["finished"] else None
-
-
-def as_typed(sentence: str, names: Iterable[str]) -> str:
-    """Name options as they are typed: `--budget soon` in place of `budget = 'soon'`.
-
-    Examples
-    --------
-    >>> as_typed("budget = 'soon' is no time; give for example 10m.", ["budget"])
-    "--budget 'soon' is no time; give for example 10m."
-    >>> as_typed("since = 2026-03-02 is not before until = 2026-03-01.", ["since", "until"])
-    '--since 2026-03-02 is not before --until 2026-03-01.'
-    >>> as_typed("name a new folder with out (--out).", ["budget"])
-    'name a new folder with --out.'
-    """
-    sentence = re.sub(r"\b(\w+) \((--[\w-]+)\)", lambda found: found[2], in_options(sentence))
-    for cost in ("false_alarm", "missed", "ask"):
-        sentence = re.sub(rf"^{cost} = ", f"--costs: {cost} = ", sentence)
-    for name in names:
-        sentence = re.sub(rf"(?<![\w-]){name} = ", f"--{name.replace('_', '-')} ", sentence)
-        sentence = re.sub(rf"\b(raise|give) {name}\b", rf"\1 --{name.replace('_', '-')}", sentence)
-    return sentence.replace("connections: none", "--connections: none")
 
 
 def _check_pages(pages: tuple[str, ...], tags: list[str]) -> None:
@@ -183,7 +158,7 @@ def _open(folder: str, ledger: str | None, option: str = "") -> "Audit":
     try:
         return open_audit(folder, ledger=ledger)
     except StictionError as error:
-        raise type(error)(f"{option}{error}") from None
+        raise type(error)(f"{option}{error.text(option_text)}") from None
 
 
 def _write(found: "Audit", changes: list[dict[str, Any]] | None, pages: int, tags: tuple[str, ...]) -> str:
@@ -191,7 +166,7 @@ def _write(found: "Audit", changes: list[dict[str, Any]] | None, pages: int, tag
 
     A loop of which no page can be written gives its place to the next one, but not a loop that was asked for.
     """
-    from stiction.apps.output import note
+    from stiction.apps.output import print_err
     from stiction.fleet import write_exports
     from stiction.report import write_audit_page, write_loop_page
 
@@ -208,19 +183,19 @@ def _write(found: "Audit", changes: list[dict[str, Any]] | None, pages: int, tag
                     write_loop_page(found, row["tag"])
                 written.add(row["tag"])
             except Exception as error:  # one page must not cost the table and the other pages
-                note(f"The page of {row['tag']} was not written: {error}")
+                print_err(f"The page of {row['tag']} was not written: {error}")
     return str(write_audit_page(found, changes=changes))
 
 
 def print_audit(found: "Audit", changes: list[dict[str, Any]] | None = None) -> None:
     """Print counts, the ten worst loops, the groups, and what changed."""
-    from stiction.apps.output import print_table, say
+    from stiction.apps.output import print_out, print_table
     from stiction.display import format_probability, format_seconds
     from stiction.report import labels
 
     counts = found.counts
-    say("")
-    say(
+    print_out("")
+    print_out(
         f"{counts['loops']} loops: {counts['diagnosed']} diagnosed, {counts['screened']} screened only, "
         f"{counts['skipped']} at rest or without usable data, "
         f"{counts['error'] + counts['timeout'] + counts['crashed']} failed."
@@ -243,11 +218,11 @@ def print_audit(found: "Audit", changes: list[dict[str, Any]] | None = None) -> 
     print_table(columns, rows, right=["Group", "Probability", "S [%]", "Period", "Priority"])
     _print_not_judged(found)
     for group in found.groups:
-        say(f"\nGroup {group['number']}: {group['summary']}")
+        print_out(f"\nGroup {group['number']}: {group['summary']}")
     if changes is not None:
-        say("")
+        print_out("")
         if not changes:
-            say("No loop has a finding in one of the two audits.")
+            print_out("No loop has a finding in one of the two audits.")
             return
         names = ("change", "tag", "verdict", "verdict_before", "why")
         rows = [[row[name] or "" for name in names] for row in changes]
@@ -256,7 +231,7 @@ def print_audit(found: "Audit", changes: list[dict[str, Any]] | None = None) -> 
 
 def _print_not_judged(found: "Audit", *, max_tags: int = 10) -> None:
     """Print the loops that were not judged, and the tags that the source does not have."""
-    from stiction.apps.output import say
+    from stiction.apps.output import print_out
 
     loops = [f"{row['tag']} ({_state_text(row)})" for row in found.not_judged]
     for what, tags in (
@@ -266,7 +241,7 @@ def _print_not_judged(found: "Audit", *, max_tags: int = 10) -> None:
     ):
         if tags:
             more = f" and {len(tags) - max_tags} more" if len(tags) > max_tags else ""
-            say(f"\n{what}: {', '.join(tags[:max_tags])}{more}")
+            print_out(f"\n{what}: {', '.join(tags[:max_tags])}{more}")
 
 
 def _state_text(row: dict[str, Any]) -> str:

@@ -6,7 +6,7 @@ import sys
 import time
 from typing import TYPE_CHECKING, Any
 
-from stiction.apps.output import note
+from stiction.apps.output import print_err
 from stiction.display import count_noun
 
 if TYPE_CHECKING:
@@ -67,14 +67,14 @@ class AuditBar:
             )
         elif not self.quiet and time.monotonic() - self._last > LINE_EVERY_S:
             self._last = time.monotonic()
-            note(f"{STAGES[progress.stage]}: {progress.done} of {progress.total} loops. {text}")
+            print_err(f"{STAGES[progress.stage]}: {progress.done} of {progress.total} loops. {text}")
 
     def _show_plan(self, details: dict[str, Any]) -> None:
         if self.quiet:
             return
         left = "all" if details["left"] == details["loops"] else f"{details['left']}"
         work = f"{left} to do, about {_format_time(details['seconds'])} with {count_noun(details['workers'], 'worker')}"
-        note(
+        print_err(
             f"{count_noun(details['loops'], 'loop')} in {count_noun(details['parts'], 'part')} of the source, about "
             f"{details['samples']:,} samples each; {work if details['left'] else 'nothing to do'}."
         )

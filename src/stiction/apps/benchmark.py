@@ -1,15 +1,15 @@
-"""``stiction benchmark``: verdicts against labels."""
+"""``stiction benchmark``: compare verdicts with labels."""
 
 from typing import Any
 
-from stiction.apps.failure import fault, traceback_of
-from stiction.apps.options import Json
+from stiction.apps.failure import program_fault, traceback_text
+from stiction.apps.options import JsonOption
 from stiction.errors import RecordError, StictionError
 
 __all__ = ["benchmark"]
 
 
-def benchmark(folder: str = ".", /, *, as_json: Json = False) -> int:
+def benchmark(folder: str = ".", /, *, as_json: JsonOption = False) -> int:
     """Diagnose every record of a folder with a labels.csv, and count how often the verdict agrees with the label.
 
     The verdict of a group is that of most of its records; "undecided" counts as wrong. Exit code 1 when the verdict
@@ -63,11 +63,11 @@ def benchmark(folder: str = ".", /, *, as_json: Json = False) -> int:
 
 
 def _diagnose_record(label: Any) -> dict[str, Any]:
-    """Verdict and label of one record."""
+    """Diagnose one record and return its verdict with its label."""
     from dataclasses import replace
 
     from stiction import diagnose, read
-    from stiction.apps.output import note
+    from stiction.apps.output import print_err
 
     row: dict[str, Any] = {"file": label.file, "loop": label.loop, "group": label.group, "label": label.label}
     try:
@@ -78,8 +78,8 @@ def _diagnose_record(label: Any) -> dict[str, Any]:
     except Exception as error:
         reason = str(error)
         if not isinstance(error, StictionError):
-            reason = fault(label.file, label.loop, error).reason
-            note(traceback_of(error))
+            reason = program_fault(label.file, label.loop, error).reason
+            print_err(traceback_text(error))
         unknown = dict.fromkeys(("probability", "oscillation_cause", "stiction"))
         return {**row, **unknown, "verdict": "undecided", "cause": "none", "reason": reason, "error": True}
     stiction = found.identification.to_dict() if found.identification is not None else None
@@ -89,7 +89,7 @@ def _diagnose_record(label: Any) -> dict[str, Any]:
 
 
 def _print_scores(summary: dict[str, Any], results: list[dict[str, Any]], groups: list[dict[str, Any]]) -> None:
-    from stiction.apps.output import print_table, say
+    from stiction.apps.output import print_out, print_table
     from stiction.display.number_format import format_probability
 
     rows = [
@@ -99,13 +99,15 @@ def _print_scores(summary: dict[str, Any], results: list[dict[str, Any]], groups
     ]
     counts = ["found", "missed", "false alarm", "cleared", "undecided"]
     print_table(["", "n", "right", "share", *counts], rows, right=["n", "right", "share", *counts])
-    say(f"{summary['seconds_per_record']:.2f} s per record")
+    print_out(f"{summary['seconds_per_record']:.2f} s per record")
     named = sorted({cause for counts in summary["causes"].values() for cause in counts})
-    say("\nMain cause of the oscillation, by label")
+    print_out("\nMain cause of the oscillation, by label")
     rows = [[label, *(counts.get(cause, 0) for cause in named)] for label, counts in summary["causes"].items()]
     print_table(["Label", *named], rows, right=named)
     if summary["reliability"]:
-        say(f"\nProbability of stiction against share that sticks; mean distance {summary['calibration_error']:.3f}")
+        print_out(
+            f"\nProbability of stiction against share that sticks; mean distance {summary['calibration_error']:.3f}"
+        )
         rows = [
             [f"{one['from']:.1f} to {one['to']:.1f}", one["n"], format_probability(one["mean"]), f"{one['sticky']:.2f}"]
             for one in summary["reliability"]
@@ -113,17 +115,17 @@ def _print_scores(summary: dict[str, Any], results: list[dict[str, Any]], groups
         print_table(["Probability", "Records", "Mean", "Sticks"], rows, right=["Records", "Mean", "Sticks"])
     wrong = [group for group in groups if group["verdict"] != group["label"]]
     if wrong:
-        say("\nGroups with a wrong verdict")
+        print_out("\nGroups with a wrong verdict")
         print_table(
             ["Group", "Label", "Verdict", "Records"], [[g["group"], g["label"], g["verdict"], g["n"]] for g in wrong]
         )
     missed = [row for row in results if row["verdict"] != row["label"]]
     if missed:
-        say("\nRecords with a wrong verdict")
+        print_out("\nRecords with a wrong verdict")
         keys = ("file", "label", "verdict", "probability", "cause", "reason")
         rows = [[_shown(row[key]) for key in keys] for row in missed]
         print_table([key.capitalize() for key in keys], rows, right=["Probability"])
-    say("\nThe model is trained on simulated loops alone; docs/validation.md shows how it does on others.")
+    print_out("\nThe model is trained on simulated loops alone; docs/validation.md shows how it does on others.")
 
 
 def _shown(value: Any) -> str:

@@ -1,7 +1,7 @@
-"""The command `stiction`: which verbs there are, and what becomes of their results and errors.
+"""The command `stiction`: its commands, and the exit codes for their results and errors.
 
-Exit codes: 0 nothing found, 1 findings, 2 usage, 3 data problem; 70 a fault of this program, 130 interrupted, 141
-nobody reads on, 143 asked to end.
+Exit codes: 0 nothing found, 1 findings, 2 wrong usage, 3 a problem with data; 70 an error in this program, 130
+interrupted, 141 the output was closed, 143 terminated.
 """
 
 import errno
@@ -24,11 +24,11 @@ if TYPE_CHECKING:
 __all__ = ["main"]
 
 VERBS = {
-    "demo": ("stiction.apps.demo:demo", "", "Diagnose a simulated plant and set each verdict beside the truth."),
+    "demo": ("stiction.apps.demo:demo", "", "Diagnose a simulated plant and compare each verdict with the truth."),
     "diagnose": (
         "stiction.apps.diagnose:diagnose",
         "SOURCE...",
-        "Say of each loop whether its valve sticks.",
+        "Find out for each loop whether its valve sticks.",
     ),
     "serve": ("stiction.apps.serve:serve", "[AUDIT|SOURCE...]", "Open a local web page for files and audits."),
     "audit": (
@@ -36,36 +36,42 @@ VERBS = {
         "SOURCE... --out FOLDER",
         "Diagnose all loops of a plant, rank and group them.",
     ),
-    "read": ("stiction.apps.read:read", "SOURCE...", "Say what a source holds, convert it, write its map."),
+    "read": ("stiction.apps.read:read", "SOURCE...", "Show what a source holds, convert it, write its map."),
     "compensate": (
         "stiction.apps.compensate:compensate",
         "[SOURCE]",
-        "Say what to do about a sticky valve until it is repaired.",
+        "Choose what to do about a sticky valve until its repair.",
     ),
     "simulate": ("stiction.apps.simulate:simulate", "", "Simulate a control loop with a sticky valve."),
-    "stroke": ("stiction.apps.stroke:stroke", "", "Drive a valve over a test signal."),
+    "stroke": ("stiction.apps.stroke:stroke", "", "Simulate the stem of a valve for a test signal."),
     "valve-test plan": ("stiction.apps.valve_test:plan", "ramp|step", "Plan a ramp or step test of a valve."),
-    "valve-test analyse": ("stiction.apps.valve_test:analyse", "ramp|step SOURCE", "Read the record of such a test."),
+    "valve-test analyse": (
+        "stiction.apps.valve_test:analyse",
+        "ramp|step SOURCE",
+        "Analyse the record of such a test.",
+    ),
     "limit-cycles": (
         "stiction.apps.limit_cycles:limit_cycles",
         "",
         "List the limit cycles of a sticky loop.",
     ),
-    "paper": ("stiction.apps.paper:paper", "", "Walk through the paper, printed beside corrected."),
-    "benchmark": ("stiction.apps.benchmark:benchmark", "[FOLDER]", "Count verdicts against the labels of a folder."),
-    "doctor": ("stiction.apps.doctor:doctor", "", "Say what is installed and what is missing."),
+    "paper": ("stiction.apps.paper:paper", "", "Show the paper's tables and figures, as printed and corrected."),
+    "benchmark": ("stiction.apps.benchmark:benchmark", "[FOLDER]", "Compare verdicts with the labels of a folder."),
+    "doctor": ("stiction.apps.doctor:doctor", "", "Show what is installed and what is missing."),
 }
-"""Verb -> (its function, what it is given besides options, what it does); its page is imported when it is asked for."""
+"""Command -> (its function, its arguments, what it does); its file is imported when the command is run."""
 
-GROUPS = {"valve-test": "Plan a ramp or step test of a valve, or read its record."}
-"""First word of verbs of two words -> what they do."""
+GROUPS = {"valve-test": "Plan a ramp or step test of a valve, or analyse its record."}
+"""First word of the commands with two words -> what they do."""
 
-FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-"""Why the system takes no more of the output, where that is nobody's fault."""
+DISK_FULL_ERRNOS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+"""Error numbers of a full disk or an exceeded quota."""
 
 HELP = "From friction physics to a verdict on a recorded control loop: does the valve stick, and how badly?"
 EPILOGUE = "Exit codes: 0 nothing found, 1 findings, 2 wrong usage, 3 a problem with data or files."
-FIRST = "Begin with `stiction demo`, then `stiction diagnose FILE.csv`. Each command tells more with --help."
+GETTING_STARTED = (
+    "Begin with `stiction demo`, then `stiction diagnose FILE.csv`. Add --help to a command for its options."
+)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -74,7 +80,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     Parameters
     ----------
     argv : sequence of str, optional
-        What was typed after ``stiction``; by default the arguments of this process.
+        Arguments after ``stiction``; by default the arguments of this process.
 
     Returns
     -------
@@ -88,24 +94,24 @@ def main(argv: Sequence[str] | None = None) -> int:
     0
     """
     try:
-        with _ended_in_order():
+        with _termination_signals():
             return _run(list(sys.argv[1:] if argv is None else argv))
-    except _Asked as asked:
+    except _TerminationRequested as asked:
         return 128 + asked.args[0]
     except KeyboardInterrupt:
         return 130
 
 
-class _Asked(KeyboardInterrupt):
-    """The system asks the program to end, by the signal of that number."""
+class _TerminationRequested(KeyboardInterrupt):
+    """A signal with this number asks the program to end."""
 
 
 @contextmanager
-def _ended_in_order() -> Iterator[None]:
-    """Let SIGTERM and SIGHUP end the work as Ctrl-C does, so that no half-written file is left behind."""
+def _termination_signals() -> Iterator[None]:
+    """Make SIGTERM and SIGHUP end the work like Ctrl-C, so that no incomplete file remains."""
 
     def end(number: int, _: object) -> None:
-        raise _Asked(number)
+        raise _TerminationRequested(number)
 
     ours = {}
     if threading.current_thread() is threading.main_thread():
@@ -119,55 +125,57 @@ def _ended_in_order() -> Iterator[None]:
 
 
 def _run(tokens: list[str]) -> int:
-    """Run one command and tell its errors; all that takes time to import is imported in here."""
+    """Run one command and print its errors."""
     from cyclopts import CycloptsError
 
-    _listen()
+    _attach_logger()
     try:
         code = _app(tokens)(tokens, exit_on_error=False, print_error=False, result_action="return_value")
         sys.stdout.flush()
     except CycloptsError as error:
-        return _complain(f"{_told(error)} Try: {_help_for(tokens)}", 2)
-    except ParameterError as error:
-        return _complain(str(error), 2)
+        return _exit_with(f"{_usage_message(error)} Try: {_help_for(tokens)}", 2)
     except StictionError as error:
-        return _complain(str(error), 3)
+        from stiction.apps.options import option_text
+
+        return _exit_with(error.text(option_text), 2 if isinstance(error, ParameterError) else 3)
     except BrokenPipeError:
         _drop_output()
         return 141
     except SystemExit as left:
-        # So Rich ends a program whose help or version nobody reads on.
+        # Rich ends the program this way when the output of --help or --version is closed.
         if not isinstance(left.__context__, BrokenPipeError):
             raise
         return 141
     except OSError as error:
-        if error.errno not in FULL:
-            return _fault(error)
+        if error.errno not in DISK_FULL_ERRNOS:
+            return _report_fault(error)
         _drop_output()
-        return _complain(f"the output cannot be written: {error.strerror}; free some space or write elsewhere.", 3)
+        return _exit_with(f"the output cannot be written: {error.strerror}; free some space or write elsewhere.", 3)
     except MemoryError:
-        return _complain(
-            "there is not enough memory for this; give a shorter duration, larger steps or a shorter file.", 2
+        return _exit_with(
+            "there is not enough memory; give a shorter duration, a longer sampling period or a shorter file.", 2
         )
     except Exception as error:
-        return _fault(error)
+        return _report_fault(error)
     return code if isinstance(code, int) else 0
 
 
 def _drop_output() -> None:
-    """Let what is not written yet go nowhere, or Python would try once more when it ends."""
+    """Discard unwritten output; otherwise Python would try to write it again at its end."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def _fault(error: Exception) -> int:
+def _report_fault(error: Exception) -> int:
     import traceback
 
     traceback.print_exception(error)
-    return _complain(f"this is a fault of the program, not yours ({type(error).__name__}); please report it.", 70)
+    return _exit_with(
+        f"this is an error in the program ({type(error).__name__}); please report it with the lines above.", 70
+    )
 
 
-def _listen() -> None:
-    """Show on a terminal what the package tells its logger: that kernels are compiled, so that waiting has a reason."""
+def _attach_logger() -> None:
+    """Show log messages on a terminal, such as the one that kernels are being compiled."""
     logger = logging.getLogger("stiction")
     if sys.stderr.isatty() and not logger.handlers:
         handler = logging.StreamHandler()
@@ -177,16 +185,16 @@ def _listen() -> None:
 
 
 def _app(tokens: list[str]) -> "App":
-    """The app; the verb that is asked for tells itself by its docstring, the others by a line."""
+    """Return the app: the requested command with its full help, the others with one line."""
     from cyclopts import App, Parameter
 
     app = App(
         name="stiction",
-        help=f"{HELP}\n\n{FIRST}",
+        help=f"{HELP}\n\n{GETTING_STARTED}",
         help_epilogue=EPILOGUE,
         version=__version__,
         version_flags=["--version"],
-        default_parameter=Parameter(show_default=False, negative_iterable=(), converter=_converted),
+        default_parameter=Parameter(show_default=False, negative_iterable=(), converter=_convert),
         suppress_keyboard_interrupt=False,
     )
     groups = {name: App(name=name, help=does) for name, does in GROUPS.items()}
@@ -200,22 +208,22 @@ def _app(tokens: list[str]) -> "App":
     return app
 
 
-def _converted(kind: Any, tokens: "Sequence[Token]") -> Any:
-    """What was typed as the kind asked for; a fraction is no whole number, and is not rounded to one."""
+def _convert(kind: Any, tokens: "Sequence[Token]") -> Any:
+    """Convert an argument to its type; a fraction is not accepted as a whole number."""
     if kind is int and not re.fullmatch(r"[+-]?\d+", tokens[0].value.strip()):
-        raise ParameterError(f"{tokens[0].value} is not a whole number; give one such as 3.")
+        raise ParameterError(f"{tokens[0].value} is not a whole number; give a number such as 3.")
     from cyclopts import convert
 
     return convert(kind, tokens)
 
 
-def _complain(sentence: str, code: int) -> int:
+def _exit_with(sentence: str, code: int) -> int:
     print(f"stiction: {sentence}", file=sys.stderr)
     return code
 
 
-def _told(error: "CycloptsError") -> str:
-    """The message of an error in what was typed, on one line."""
+def _usage_message(error: "CycloptsError") -> str:
+    """Return the message of a usage error on one line."""
     return " ".join(str(error).split())
 
 

@@ -1,11 +1,11 @@
-"""The page of ``stiction compensate``: advice, before and after, remedies, the twin, retuning, the work order."""
+"""HTML page of ``stiction compensate``: advice, before and after, remedies, twin, retuning, work order."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from stiction.apps import remedy_output as told
-from stiction.compensation.remedies import FIX, NOTHING
+from stiction.apps import remedy_output as remedy_text
+from stiction.compensation.remedies import NO_ACTION, REPAIR
 from stiction.report import (
     Block,
     Cell,
@@ -34,7 +34,7 @@ __all__ = ["advice_blocks", "write_compensate_page"]
 
 
 def write_compensate_page(advices: Sequence[Advice], path: Path) -> Path:
-    """Write the page of one loop, or of several with each folded."""
+    """Write the page of one loop, or of several loops in parts that open on a click."""
     if len(advices) == 1:
         trial = advices[0].trial
         title = "What if" if advices[0].file is None else trial.tag
@@ -45,7 +45,9 @@ def write_compensate_page(advices: Sequence[Advice], path: Path) -> Path:
         "What each loop's section says.",
     )
     folds = [
-        Collapsible(f"{advice.trial.tag} · {told.headline(advice.trial)}", advice_blocks(advice), anchor=f"loop-{k}")
+        Collapsible(
+            f"{advice.trial.tag} · {remedy_text.headline(advice.trial)}", advice_blocks(advice), anchor=f"loop-{k}"
+        )
         for k, advice in enumerate(advices)
     ]
     return write_page("Repair, retune or compensate", [overview, Heading("Loops", anchor="loops"), *folds], path)
@@ -61,13 +63,13 @@ def advice_blocks(advice: Advice) -> list[Block]:
     if trial.remedies:
         blocks += [Heading("The remedies"), _remedies(trial)]
         blocks += [_weights(trial), _beside(figures.remedy_tradeoff(trial), figures.remedy_sensitivity(trial))]
-        blocks += [_done(trial)]
+        blocks += [_remedy_table(trial)]
     if trial.twin is not None:
-        said = told.twin_text(trial)
+        said = remedy_text.twin_text(trial)
         overlay = figures.twin_overlay(trial.twin, labels.pv_unit(advice.diagnosis))
         blocks += [Heading("The twin"), Text(said) if said else None, overlay, _twin(trial)]
     if trial.retuning is not None:
-        blocks += [Heading("Retuning"), Text(told.retuning_text(trial)), figures.retuning(trial.retuning)]
+        blocks += [Heading("Retuning"), Text(remedy_text.retuning_text(trial)), figures.retuning(trial.retuning)]
     if advice.work_order is not None:
         blocks += [Heading("Work order"), _sheet(advice.work_order)]
     return [block for block in blocks if block is not None]
@@ -90,36 +92,36 @@ def _headline(advice: Advice) -> TrustedHtml:
     if trial.twin is not None and trial.twin.measured.period > 0.0:
         facts.append(("Period", labels.format_duration(trial.twin.measured.period)))
     if trial.recommended and trial[trial.recommended].remedy.settings:
-        facts.append(("Settings", told.settings_text(trial[trial.recommended])))
+        facts.append(("Settings", remedy_text.settings_text(trial[trial.recommended])))
     if trial.remedies:
         facts.append(("Runs of each remedy", str(trial.seeds)))
     return render_fragment(
         "headline.html",
         verdict=verdict if not trial.refused or verdict == "no_stiction" else "undecided",
         sign=labels.VERDICT_ICONS[verdict] if trial.refused else "",
-        line=told.headline(trial),
+        line=remedy_text.headline(trial),
         confidence=_expected(trial),
         reason=f"{trial.reason} {trial.risk}".strip(),
-        action=told.valve_text(advice),
+        action=remedy_text.valve_text(advice),
         severity=None,
         facts=facts if trial.remedies or found is not None else [],
     )
 
 
 def _expected(trial: CompensationTrial) -> str:
-    """What the recommendation and the repair are expected to do, in a line."""
+    """Return the expected effect of the recommendation and of the repair."""
     if not trial.remedies:
         return "No remedy was tried" if trial.refused else ""
     parts = (
         []
-        if trial.recommended in (None, NOTHING)
-        else [f"PV std {told.format_change(1.0 - trial[trial.recommended].improvement)}"]
+        if trial.recommended in (None, NO_ACTION)
+        else [f"PV std {remedy_text.format_change(1.0 - trial[trial.recommended].improvement)}"]
     )
-    return "; ".join([*parts, f"with a good valve {told.format_change(1.0 - trial[FIX].improvement)}"])
+    return "; ".join([*parts, f"with a good valve {remedy_text.format_change(1.0 - trial[REPAIR].improvement)}"])
 
 
 def _remedies(trial: CompensationTrial) -> Table:
-    """Every number of every remedy, the cheapest first."""
+    """Return the table of all remedies, the cheapest first."""
     columns = [
         "Remedy", "PV std", "of now [%]", "S, J off by 30 % [%]", "IAE", "Offset", "SP step", "Load step",
         "Travel [%/h]", "Reversals [1/h]", "OP moves [%/h]", "Cost [-]", "Note",
@@ -133,7 +135,7 @@ def _remedies(trial: CompensationTrial) -> Table:
 
 
 def _row(one: RemedyTrial, trial: CompensationTrial) -> list[Cell | str | float | None]:
-    b, note = one.behaviour, told.remedy_note(one, trial)
+    b, note = one.behaviour, remedy_text.remedy_note(one, trial)
     mark: StatusIcon = (
         "good" if one.name == trial.recommended else "alert" if note.startswith(("hurts", "makes")) else ""
     )
@@ -146,9 +148,9 @@ def _row(one: RemedyTrial, trial: CompensationTrial) -> list[Cell | str | float 
     return [Cell(one.name, mark=mark), now, share, off, *others, note]
 
 
-def _done(trial: CompensationTrial) -> Table:
-    """What is done and set, remedy by remedy."""
-    rows = [[one.name, one.remedy.words, told.settings_text(one) or "none"] for one in trial.remedies]
+def _remedy_table(trial: CompensationTrial) -> Table:
+    """Return the table of actions and settings of the remedies."""
+    rows = [[one.name, one.remedy.words, remedy_text.settings_text(one) or "none"] for one in trial.remedies]
     return Table(["Remedy", "What is done", "Settings"], rows, "The best setting of each kind of those tried.")
 
 
@@ -158,14 +160,15 @@ def _weights(trial: CompensationTrial) -> Text:
 
 
 def _twin(trial: CompensationTrial) -> Table:
-    """What the twin is made of."""
+    """Return the parameters of the twin."""
     assert trial.twin is not None
     twin, loop = trial.twin, trial.twin.loop
     pid = loop.controller
-    around = "its own noise alone"
-    if twin.around is not None:
-        left, moves = (labels.format_number(float(x.std())) for x in (twin.around.left, twin.around.moves))
-        around = f"noise and load of std {left}, set point of std {moves}, as recorded"
+    inputs = "its own noise only"
+    if twin.inputs is not None:
+        series = (twin.inputs.pv_residual, twin.inputs.sp_deviation)
+        pv, sp = (labels.format_number(float(x.std())) for x in series)
+        inputs = f"recorded noise and disturbances of std {pv}, recorded set point of std {sp}"
     rows = [
         [
             "Valve",
@@ -180,7 +183,7 @@ def _twin(trial: CompensationTrial) -> Table:
         ["Process", _process(twin.to_dict()["process"])],
         ["Sampling", f"every {labels.format_duration(loop.dt)}"],
         ["Noise of the PV", f"{labels.format_number(loop.noise)} PV units"],
-        ["Moved from outside by [PV units]", around],
+        ["External inputs [PV units]", inputs],
     ]
     return Table(["Part of the twin", "As simulated"], rows)
 
@@ -195,12 +198,12 @@ def _overview(advice: Advice, k: int) -> list[Cell | str | float | None]:
     name = Cell(trial.tag, href=f"#loop-{k}")
     if trial.refused:
         return [name, f"No advice. {trial.reason}", None, None]
-    shares = (trial[str(trial.recommended)].improvement, trial[FIX].improvement)
+    shares = (trial[str(trial.recommended)].improvement, trial[REPAIR].improvement)
     return [name, str(trial.recommended), *(round(100.0 * (1.0 - share)) for share in shares)]
 
 
 def _sheet(text: str) -> TrustedHtml:
-    """The work order, which is Markdown of headings, items and paragraphs, as one printed page."""
+    """Return the work order, Markdown with headings, lists and paragraphs, as HTML for one printed page."""
     kinds = (("## ", "heading"), ("# ", "title"), ("- ", "item"))
     lines = []
     for line in filter(None, text.splitlines()):

@@ -1,4 +1,4 @@
-"""``stiction demo``: the main job on a small simulated plant whose truth is known."""
+"""``stiction demo``: diagnose a small simulated plant with known faults."""
 
 import sys
 from pathlib import Path
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from stiction.apps.options import Json, Report
+from stiction.apps.options import JsonOption, ReportOption
 
 if TYPE_CHECKING:
     from stiction.diagnosis import Diagnosis
@@ -19,15 +19,15 @@ DEFAULT_REPORT = "stiction-demo.html"
 
 def demo(
     *,
-    report: Report = None,
+    report: ReportOption = None,
     open: bool | None = None,  # noqa: A002 (--open)
-    as_json: Json = False,
+    as_json: JsonOption = False,
     plant: Annotated[bool, Parameter(negative="")] = False,
 ) -> int:
-    """Diagnose nine simulated loops, four of them with sticky valves, and set each verdict beside the truth.
+    """Diagnose nine simulated loops, four of them with sticky valves, and compare each verdict with the truth.
 
-    Writes the report, and beside it a folder of the same name with the records as CSV, to try `stiction diagnose` on.
-    Exit code 0 when verdict and cause of each loop are right, else 1.
+    Writes the report, and next to it a folder of the same name with the records as CSV, for `stiction diagnose`. Exit
+    code 0 when verdict and cause of all loops are right, else 1.
 
     Parameters
     ----------
@@ -38,16 +38,16 @@ def demo(
     as_json
         Print truth and verdict of each loop as JSON.
     plant
-        Audit a plant of 56 simulated loops instead, with cascades and oscillations that spread from loop to loop; its
-        files go to the folder stiction-plant, or to the one named by --report without its ending.
+        Audit a simulated plant of 56 loops instead, with cascades and oscillations that spread from loop to loop. Its
+        files go to the folder stiction-plant, or to the folder with the name of --report without its ending.
     """
     if plant:
         return _audit_plant(report, open, as_json=as_json)
     from dataclasses import replace
 
     from stiction import diagnose, read
-    from stiction.apps.files import check_folder, check_report, plant_csv
-    from stiction.apps.output import print_json, say, track
+    from stiction.apps.output import print_json, print_out, track
+    from stiction.apps.output_files import check_folder, check_report, historian_csv
     from stiction.report import write_report
     from stiction.report.atomic_write import write_atomically
     from stiction.simulation.demo import demo_plant as simulated_loops
@@ -56,23 +56,23 @@ def demo(
     folder = check_folder(target.with_suffix("") if target.suffix else target.with_name(f"{target.name}-records"))
     simulated = simulated_loops()
     if not as_json:
-        say(f"A simulated plant of {len(simulated)} loops; its records are in {folder}.")
+        print_out(f"A simulated plant of {len(simulated)} loops; its records are in {folder}.")
     diagnoses: list[Diagnosis] = []
     for loop in track(simulated, "Diagnosing"):
-        file = write_atomically(plant_csv(loop.record), folder / f"{loop.record.tag}.csv")
+        file = write_atomically(historian_csv(loop.record), folder / f"{loop.record.tag}.csv")
         found = diagnose(read(file)[0])
         diagnoses.append(replace(found, settings={**found.settings, "truth": loop.story}))
     write_report(diagnoses, target, title="Demo plant", settings={"data": "simulated by stiction demo"})
     right = [verdict_is_correct(loop, found) for loop, found in zip(simulated, diagnoses, strict=True)]
     if as_json:
-        loops = [_object(loop, found) for loop, found in zip(simulated, diagnoses, strict=True)]
+        loops = [_verdict_dict(loop, found) for loop, found in zip(simulated, diagnoses, strict=True)]
         print_json({"report": str(target), "records": str(folder), "right": sum(right), "loops": loops})
     else:
-        _tell(simulated, diagnoses)
-        say(f"\n{sum(right)} of {len(simulated)} loops: verdict and cause are right.")
-        say(f"Report: {target}")
-        say(f"Try:    stiction diagnose {folder / simulated[0].record.tag}.csv")
-    _show(target, open, as_json)
+        _print_verdicts(simulated, diagnoses)
+        print_out(f"\n{sum(right)} of {len(simulated)} loops: verdict and cause are right.")
+        print_out(f"Report: {target}")
+        print_out(f"Try:    stiction diagnose {folder / simulated[0].record.tag}.csv")
+    _open_page(target, open, as_json)
     return int(not all(right))
 
 
@@ -80,13 +80,13 @@ def _audit_plant(report: str | None, open_page: bool | None, *, as_json: bool) -
     from stiction.apps.demo_plant import FOLDER, demo_plant_audit
 
     code, page = demo_plant_audit(Path(report).with_suffix("") if report else Path(FOLDER), as_json=as_json)
-    _show(page, open_page, as_json)
+    _open_page(page, open_page, as_json)
     return code
 
 
-def _show(page: Path, open_page: bool | None, as_json: bool) -> None:
-    """Open a page in the browser where that was asked for, or somebody sits at a screen."""
-    if open_page or (open_page is None and not as_json and _display()):
+def _open_page(page: Path, open_page: bool | None, as_json: bool) -> None:
+    """Open a page in the browser on request, or by default on a terminal with a display."""
+    if open_page or (open_page is None and not as_json and _has_display()):
         import webbrowser
 
         webbrowser.open(page.resolve().as_uri())
@@ -104,17 +104,17 @@ EXPECTED = {
 
 
 def verdict_is_correct(loop: "DemoLoop", found: "Diagnosis") -> bool:
-    """Whether verdict and main cause are right."""
+    """Return whether verdict and main cause are right."""
     verdict, cause = EXPECTED[loop.cause]
     return found.verdict == verdict and cause in ("", found.cause)
 
 
-def _tell(plant: tuple["DemoLoop", ...], diagnoses: list["Diagnosis"]) -> None:
-    from stiction.apps.output import print_table, say
+def _print_verdicts(plant: tuple["DemoLoop", ...], diagnoses: list["Diagnosis"]) -> None:
+    from stiction.apps.output import print_out, print_table
     from stiction.apps.verdict_output import format_S
     from stiction.report import labels
 
-    say("")
+    print_out("")
     rows = [
         [
             "ok" if verdict_is_correct(loop, found) else "WRONG",
@@ -132,7 +132,7 @@ def _tell(plant: tuple["DemoLoop", ...], diagnoses: list["Diagnosis"]) -> None:
     print_table(columns, rows, right=["Probability", "S true [%]"])
 
 
-def _object(loop: "DemoLoop", found: "Diagnosis") -> dict[str, Any]:
+def _verdict_dict(loop: "DemoLoop", found: "Diagnosis") -> dict[str, Any]:
     truth = {"cause": loop.cause, "story": loop.story, "S": loop.S, "J": loop.J}
     return {
         "tag": loop.record.tag,
@@ -142,8 +142,8 @@ def _object(loop: "DemoLoop", found: "Diagnosis") -> dict[str, Any]:
     }
 
 
-def _display() -> bool:
-    """Whether someone sits at a screen that can show a browser."""
+def _has_display() -> bool:
+    """Return whether there is a terminal with a display."""
     import os
 
     if not sys.stdout.isatty() or os.environ.get("CI") or os.environ.get("SSH_CONNECTION"):

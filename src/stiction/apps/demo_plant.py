@@ -25,8 +25,8 @@ def demo_plant_audit(folder: Path, *, as_json: bool, seed: int = 0) -> tuple[int
     """
     from stiction.apps.audit import print_audit
     from stiction.apps.audit_progress import AuditBar
-    from stiction.apps.files import check_folder
-    from stiction.apps.output import print_json, print_table, say
+    from stiction.apps.output import print_json, print_out, print_table
+    from stiction.apps.output_files import check_folder
     from stiction.fleet import audit, write_exports
     from stiction.report import write_audit_page
     from stiction.simulation.plant import simulate_plant
@@ -35,7 +35,7 @@ def demo_plant_audit(folder: Path, *, as_json: bool, seed: int = 0) -> tuple[int
     check_folder(folder)
     files = write_plant_files(plant, folder)
     if not as_json:
-        say(f"A simulated plant of {len(plant.loops)} loops, 6 hours at 5 s; its records are in {files[0]}.")
+        print_out(f"A simulated plant of {len(plant.loops)} loops, 6 hours at 5 s; its records are in {files[0]}.")
     with AuditBar(quiet=as_json) as bar:
         found = audit(files[0], folder / "audit", map=files[1], connections=files[2], progress=bar.update)
     write_exports(found)
@@ -47,17 +47,17 @@ def demo_plant_audit(folder: Path, *, as_json: bool, seed: int = 0) -> tuple[int
         print_json({"report": str(page), "records": str(files[0]), "right": right, "loops": rows, "groups": groups})
     else:
         print_audit(found)
-        say("\nThe truth beside each finding (loops without a fault that were found healthy are left out):")
+        print_out("\nThe truth beside each finding (loops without a fault that were found healthy are left out):")
         shown = [row for row in rows if row["truth"] != "nothing wrong" or not row["right"]]
         columns = ["", "Loop", "Truth", "Found"]
         print_table(
             columns, [["ok" if row["right"] else "WRONG", row["tag"], row["truth"], row["found"]] for row in shown]
         )
         for group in groups:
-            say(f"{'ok' if group['right'] else 'WRONG'}  {group['text']}")
-        say(f"\n{right} of {len(rows)} loops: verdict, loop state and cause are right.")
-        say(f"Page:   {page}")
-        say(f"Try:    stiction audit {files[0]} --map {files[1]} --connections {files[2]} --out my-audit")
+            print_out(f"{'ok' if group['right'] else 'WRONG'}  {group['text']}")
+        print_out(f"\n{right} of {len(rows)} loops: verdict, loop state and cause are right.")
+        print_out(f"Page:   {page}")
+        print_out(f"Try:    stiction audit {files[0]} --map {files[1]} --connections {files[2]} --out my-audit")
     return int(right < len(rows) or not all(group["right"] for group in groups)), page
 
 

@@ -1,12 +1,12 @@
-"""``stiction diagnose``: from recorded loops to verdicts."""
+"""``stiction diagnose``: verdicts for recorded loops."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from stiction.apps.failure import Failure, fault, traceback_of
-from stiction.apps.options import Json, Report, in_options, refuse_options
+from stiction.apps.failure import Failure, program_fault, traceback_text
+from stiction.apps.options import JsonOption, ReportOption, option_text, reject_misplaced_options
 from stiction.apps.reading_options import SOURCES, ReadingOptions, read_sources
 from stiction.errors import ParameterError, RecordError, StictionError
 
@@ -21,15 +21,15 @@ DEFAULT_REPORT = "stiction-report.html"
 
 def diagnose(
     *files: Annotated[str, Parameter(name="SOURCE", help=SOURCES, allow_leading_hyphen=True)],
-    report: Report = None,
+    report: ReportOption = None,
     no_report: Annotated[bool, Parameter(name="--no-report", negative="")] = False,
-    as_json: Json = False,
+    as_json: JsonOption = False,
     explain: Annotated[bool, Parameter(negative="")] = False,
     reading: ReadingOptions = ReadingOptions(),  # noqa: B008 (frozen)
     prior: float = 0.25,
     costs: tuple[float, float, float] = (1.0, 1.0, 0.2),
 ) -> int:
-    """Say of each loop in a record whether its valve sticks, how badly, how sure that is, and what to do.
+    """Find out for each loop whether its valve sticks, how much, with what probability, and what to do.
 
     "Cannot tell" in a table is the verdict "undecided". Exit code 1 when a valve sticks, 0 when none does, 3 when no
     file could be used.
@@ -42,7 +42,7 @@ def diagnose(
     no_report
         Write no report.
     as_json
-        Print a list with one object per loop, and nothing else, on the output.
+        Print only a list with one JSON object per loop.
     explain
         Explain each verdict step by step: data, loop state, oscillation, controller, valve, other explanations,
         probability, causes, methods. Not with --json, which holds the same numbers.
@@ -53,29 +53,31 @@ def diagnose(
         0.2 when not given. The verdict is "undecided" where either answer is expected to cost more than an open
         question.
     """
-    refuse_options(files, diagnose)
+    reject_misplaced_options(files, diagnose)
     if not files:
         raise ParameterError(
-            "no file was named; give files, a folder, a pattern, a database URL, or - for the standard input."
+            "there is no file to diagnose; give files, a folder, a pattern, a database URL, or - for standard input."
         )
     if report is not None and no_report:
-        raise ParameterError("--report and --no-report exclude each other; leave one of them out.")
+        raise ParameterError("--report and --no-report cannot be used together; leave one of them out.")
     if as_json and explain:
         raise ParameterError(
-            "--json and --explain exclude each other: the explanation is text; leave one of them out. The JSON holds "
-            "its numbers: quality, loop_state, oscillation, controller, stiction, features, evidence."
+            "--json and --explain cannot be used together; leave one of them out. The JSON has the numbers of the "
+            "explanation: quality, loop_state, oscillation, controller, stiction, features, evidence."
         )
     options = reading.arguments()
     target = None
     if not no_report and (report is not None or not as_json):
-        from stiction.apps.files import check_report
+        from stiction.apps.output_files import check_report
 
         try:
             target = check_report(report or DEFAULT_REPORT)
         except RecordError as error:
             raise RecordError(str(error) if report else f"{error} Or add --no-report.") from None
         if target.suffix.lower() not in (".html", ".htm"):
-            raise ParameterError(f"--report writes HTML, not {target.name}; give a name that ends in .html or .htm.")
+            raise ParameterError(
+                f"--report writes HTML, but {target.name} is not an HTML name; give a name that ends in .html or .htm."
+            )
     judgement = {"prior": prior, "costs": costs}
     return diagnose_files(files, options, judgement, target, as_json=as_json, explain=explain)
 
@@ -90,14 +92,14 @@ def diagnose_files(
     explain: bool,
 ) -> int:
     """Read, diagnose, print and write; return the exit code."""
-    from stiction.apps.output import note, print_json, say
+    from stiction.apps.output import print_err, print_json, print_out
     from stiction.apps.verdict_output import failed_diagnosis_dict, print_verdicts
     from stiction.records import summarise
 
     found = read_sources(files, options)
     records, failures = found.records, found.failures
     if records:
-        (note if as_json else say)(in_options(summarise(records).summary()))
+        (print_err if as_json else print_out)(summarise(records).summary())
     diagnoses, more = _diagnose(records, **judgement)
     failures += more
     if as_json:
@@ -110,17 +112,17 @@ def diagnose_files(
         if faults:
             raise faults[0]
         for failure in failures[1:] if len(failures) > 1 and as_json else ():
-            note(f"stiction: {failure.reason}")
-        raise RecordError(failures[0].reason if len(failures) == 1 else "no file could be used; see the reasons above.")
+            print_err(f"stiction: {failure.reason}")
+        raise RecordError(failures[0].reason if len(failures) == 1 else "no file could be used; the reasons are above.")
     for error in faults:
-        note(traceback_of(error))
+        print_err(traceback_text(error))
     if target is not None:
         from stiction.report import write_report
 
         replaced = " (the older report is replaced)" if target.exists() else ""
         left = [(failure.tag or failure.file, failure.reason) for failure in failures]
         path = write_report(diagnoses, target, settings={**options, **judgement}, failures=left)
-        (note if as_json else say)(f"Report: {path}{replaced}")
+        (print_err if as_json else print_out)(f"Report: {path}{replaced}")
     return int(any(diagnosis.verdict == "stiction" for diagnosis in diagnoses))
 
 
@@ -138,9 +140,9 @@ def _diagnose(
         try:
             diagnoses.append(diagnose_record(record, **settings))
         except RecordError as error:
-            failures.append(Failure(record.provenance.source, record.tag, in_options(str(error))))
+            failures.append(Failure(record.provenance.source, record.tag, error.text(option_text)))
         except StictionError:
             raise
         except Exception as error:
-            failures.append(fault(record.provenance.source, record.tag, error))
+            failures.append(program_fault(record.provenance.source, record.tag, error))
     return diagnoses, failures

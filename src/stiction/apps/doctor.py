@@ -1,34 +1,34 @@
-"""``stiction doctor``: what is installed, where the compiled kernels lie, what is missing."""
+"""``stiction doctor``: what is installed, where the compiled kernels are stored, and what is missing."""
 
 import sys
 from typing import NamedTuple
 
-from stiction.apps.options import Json
+from stiction.apps.options import JsonOption
 
 __all__ = ["Check", "doctor"]
 
-NEEDED = ("numpy", "scipy", "numba", "plotly", "jinja2", "tsdownsample", "pint", "cyclopts", "rich")
+REQUIRED_PACKAGES = ("numpy", "scipy", "numba", "plotly", "jinja2", "tsdownsample", "pint", "cyclopts", "rich")
 EXTRAS = {"control": "control"}
 """Package -> the extra that brings it."""
 
 
 class Check(NamedTuple):
-    """One thing looked at."""
+    """Result of one check."""
 
     name: str
-    """What."""
+    """What is checked."""
     ok: bool
-    """Whether it is as it should be."""
+    """Whether it is as expected."""
     found: str
-    """Version, folder or what is wrong."""
+    """Version, folder or error."""
     remedy: str
-    """The command that mends it; empty when nothing needs mending."""
+    """The command that corrects it; empty when there is nothing to correct."""
 
 
-def doctor(*, as_json: Json = False) -> int:
-    """Say which versions are installed, whether kernels can be cached, and what is missing.
+def doctor(*, as_json: JsonOption = False) -> int:
+    """Show which versions are installed, whether compiled kernels can be stored, and what is missing.
 
-    Exit code 1 when something that is needed is missing.
+    Exit code 1 when a required package is missing.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ def doctor(*, as_json: Json = False) -> int:
     checks = [
         Check("stiction", True, __version__, ""),
         Check("Python", new_enough, platform.python_version(), "" if new_enough else "install Python 3.11"),
-        *(_package(name, f"pip install {name}") for name in NEEDED),
+        *(_package(name, f"pip install {name}") for name in REQUIRED_PACKAGES),
         *_extras(),
     ]
     if next(check for check in checks if check.name == "numba").ok:
@@ -78,7 +78,7 @@ def _extras() -> list[Check]:
 
 
 def _kernels() -> list[Check]:
-    """Where compiled kernels are kept, whether they are there, and whether one runs."""
+    """Check the folder of the compiled kernels, and that a kernel runs."""
     import time
 
     from stiction.models.numba_compile import cache_folder

@@ -1,41 +1,41 @@
-"""What is said of a file or a loop that could not be judged, while the others go on."""
+"""Failures: files and loops that could not be diagnosed, while the work on the others continues."""
 
 from traceback import format_exception
 from typing import NamedTuple
 
-__all__ = ["Failure", "fault", "traceback_of"]
+__all__ = ["Failure", "program_fault", "traceback_text"]
 
 
 class Failure(NamedTuple):
-    """A file or a loop that could not be judged."""
+    """A file or a loop that could not be diagnosed."""
 
     file: str
     """Name of the file."""
     tag: str | None
-    """Loop, where it came so far."""
+    """Tag of the loop; None when the file could not be read."""
     reason: str
-    """What was wrong, and what to do about it."""
+    """What is wrong, and what to do about it."""
     fault: Exception | None = None
-    """What the program stumbled over, where file and loop may be in order."""
+    """Unexpected error of the program; None when the data are the reason."""
 
     @property
     def remedy(self) -> str:
-        """What to do, in a word."""
-        return "Mend the file or say how to read it." if self.fault is None else "Report the fault."
+        """What to do, in one sentence."""
+        return "Correct the file or say how to read it." if self.fault is None else "Report the error."
 
 
-def fault(file: str, tag: str | None, error: Exception) -> Failure:
-    """Return what is said where the program itself stumbled.
+def program_fault(file: str, tag: str | None, error: Exception) -> Failure:
+    """Return the failure for an unexpected error of the program.
 
     Examples
     --------
-    >>> fault("a.csv", "FIC-101", ZeroDivisionError("division by zero")).reason
-    'a fault of the program, not yours (ZeroDivisionError: division by zero); please report it.'
+    >>> program_fault("a.csv", "FIC-101", ZeroDivisionError("division by zero")).reason
+    'an error in the program (ZeroDivisionError: division by zero); please report it.'
     """
-    told = " ".join(f"{type(error).__name__}: {error}".split())
-    return Failure(file, tag, f"a fault of the program, not yours ({told}); please report it.", error)
+    text = " ".join(f"{type(error).__name__}: {error}".split())
+    return Failure(file, tag, f"an error in the program ({text}); please report it.", error)
 
 
-def traceback_of(error: Exception) -> str:
-    """Return what to send with a report of a fault."""
+def traceback_text(error: Exception) -> str:
+    """Return the traceback of an error, for a report."""
     return "".join(format_exception(error)).rstrip()

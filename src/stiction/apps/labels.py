@@ -1,4 +1,4 @@
-"""The labels of a folder of records: ``labels.csv``, every row checked before any record is read."""
+"""Read and check ``labels.csv``, the labels of a folder of records."""
 
 from __future__ import annotations
 
@@ -11,29 +11,29 @@ from stiction.errors import RecordError
 __all__ = ["LOOP_TYPE_WORDS", "Label", "read_labels"]
 
 LOOP_TYPE_WORDS = {"concentration": "analyser", "": None, "unknown": "other"}
-"""Words for loop types that are not this package's -> its own."""
+"""Other words for loop types -> the package's loop types."""
 
 
 @dataclass(frozen=True)
 class Label:
-    """What is known of one record."""
+    """Label of one record."""
 
     path: Path
     """The record."""
     file: str
-    """Its name as labels.csv gives it."""
+    """File name in labels.csv."""
     loop: str
     """Tag."""
     group: str
-    """Records of one valve, or of one source, that are judged together."""
+    """Name of the group: records of one valve or of one source, which count together."""
     label: str
     """`stiction` or `no_stiction`."""
     loop_type: str | None
-    """Loop type; None takes what the tag says."""
+    """Loop type; None to take it from the tag."""
     integrating: bool | None
-    """Whether the process integrates; None where not known."""
+    """Whether the process integrates; None when unknown."""
     dt: float | None
-    """Sampling period [s]; None takes what the record says."""
+    """Sampling period [s]; None to take it from the record."""
 
 
 def read_labels(folder: str) -> list[Label]:

@@ -1,24 +1,24 @@
-"""``stiction limit-cycles``: every limit cycle a sticky loop can fall into."""
+"""``stiction limit-cycles``: all limit cycles of a loop with a sticky valve."""
 
-from stiction.apps.options import Json, Report, Text
+from stiction.apps.options import JsonOption, ReportOption, TextOption
 
 __all__ = ["limit_cycles"]
 
 
 def limit_cycles(
     *,
-    process: Text = None,
-    controller: Text = None,
-    valve: Text = None,
+    process: TextOption = None,
+    controller: TextOption = None,
+    valve: TextOption = None,
     disturbance: float = 0.0,
     sp: float = 0.0,
     loop: str | None = None,
     exact: bool = True,
     over: str | None = None,
-    report: Report = None,
-    as_json: Json = False,
+    report: ReportOption = None,
+    as_json: JsonOption = False,
 ) -> int:
-    """List the limit cycles of a loop: period, amplitudes, stable or not, and how far to trust each prediction.
+    """List the limit cycles of a loop: period, amplitudes, stability, and how reliable each prediction is.
 
     Signals are deviations from the point of rest. Exit code 1 when the loop has a stable limit cycle, else 0.
 
@@ -36,9 +36,9 @@ def limit_cycles(
     sp
         Set point in PV units (0).
     loop
-        TOML file with process, controller and valve, as for stiction simulate; options come before it.
+        TOML file with process, controller and valve, as for stiction simulate; options override it.
     exact
-        Whether to solve each cycle exactly beside its describing-function prediction.
+        Whether to compute each cycle exactly too, in addition to the describing-function prediction.
     over
         Parameter of the bifurcation diagram in the report: gain (a factor; the default), disturbance, dead_time,
         or a parameter of the controller or of the valve.
@@ -48,10 +48,10 @@ def limit_cycles(
         Print the list of cycles as JSON.
     """
     from stiction import predict_limit_cycles
-    from stiction.apps.cycle_table import COLUMNS, FAMILIES, row
-    from stiction.apps.files import check_report
-    from stiction.apps.loop_text import make_loop, settings_of
-    from stiction.apps.output import note, print_json, print_table, say
+    from stiction.apps.limit_cycle_table import COLUMNS, FAMILIES, cycle_row
+    from stiction.apps.output import print_err, print_json, print_out, print_table
+    from stiction.apps.output_files import check_report
+    from stiction.apps.parse_loop import make_loop, merge_settings
     from stiction.apps.simulate import DEFAULTS
     from stiction.errors import ParameterError
     from stiction.limitcycle.predict import explain_no_cycle
@@ -59,7 +59,7 @@ def limit_cycles(
     if over is not None and report is None:
         raise ParameterError(f"--over {over} is for the diagram of the report; add --report, or leave it out.")
     target = None if report is None else check_report(report)
-    settings = settings_of(loop, {"process": process, "controller": controller, "valve": valve}, DEFAULTS)
+    settings = merge_settings(loop, {"process": process, "controller": controller, "valve": valve}, DEFAULTS)
     made = make_loop({**settings, "noise": 0.0})
     found = predict_limit_cycles(made, exact=exact, sp=sp, disturbance=disturbance)
     if target is not None:
@@ -70,14 +70,14 @@ def limit_cycles(
     if as_json:
         print_json([cycle.to_dict() for cycle in found])
         if not found:
-            note(explain_no_cycle(made))
+            print_err(explain_no_cycle(made))
     else:
         if found:
-            print_table(COLUMNS, [row(cycle) for cycle in found], right=COLUMNS[3:9])
+            print_table(COLUMNS, [cycle_row(cycle) for cycle in found], right=COLUMNS[3:9])
             if any(cycle.family for cycle in found):
-                say(FAMILIES)
+                print_out(FAMILIES)
         else:
-            say(explain_no_cycle(made))
+            print_out(explain_no_cycle(made))
         if target is not None:
-            say(f"Report: {target}")
+            print_out(f"Report: {target}")
     return int(any(cycle.kind == "cycle" and cycle.stable for cycle in found))

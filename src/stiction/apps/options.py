@@ -1,4 +1,4 @@
-"""Options that several verbs share, each told once."""
+"""Options that several commands share."""
 
 import difflib
 import inspect
@@ -8,26 +8,37 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from stiction.errors import ParameterError
+from stiction.errors import ParameterError, Setting
 
-__all__ = ["Json", "Out", "Report", "Text", "in_options", "refuse_options"]
+__all__ = ["JsonOption", "OutOption", "ReportOption", "TextOption", "option_text", "reject_misplaced_options"]
 
-Json = Annotated[bool, Parameter(name="--json", negative="", help="Print JSON and nothing else on the output.")]
-Text = Annotated[str | None, Parameter(allow_leading_hyphen=True)]
-Report = Annotated[
+JsonOption = Annotated[bool, Parameter(name="--json", negative="", help="Print only JSON on the standard output.")]
+TextOption = Annotated[str | None, Parameter(allow_leading_hyphen=True)]
+ReportOption = Annotated[
     str | None,
     Parameter(name="--report", help="HTML file to write; it opens without a network. An older report is replaced."),
 ]
-Out = Annotated[
+OutOption = Annotated[
     str | None,
     Parameter(name="--out", allow_leading_hyphen=True, help="CSV file to write instead of the output."),
 ]
 
 
-def refuse_options(files: Sequence[str], verb: Callable[..., int], name: str = "") -> None:
-    """Refuse what looks like an option among file names; only "-", the standard input, may begin so.
+COMMANDS = {
+    "analyse_ramp": "stiction valve-test analyse ramp",
+    "analyse_steps": "stiction valve-test analyse step",
+    "plan_ramp_test": "stiction valve-test plan ramp",
+    "plan_step_test": "stiction valve-test plan step",
+}
+"""Function that a message names -> its command."""
+OPTION_NAMES = {"time": "time_column", "value": "value_column", "quality": "quality_column"}
+"""Argument of the reader -> its option, where the names differ."""
 
-    The verb is called `name`, by default as its function.
+
+def reject_misplaced_options(files: Sequence[str], verb: Callable[..., int], name: str = "") -> None:
+    """Refuse unknown options among the file names; "-" is the standard input.
+
+    `name` is the name of the command, by default that of its function.
 
     Raises
     ------
@@ -43,48 +54,32 @@ def refuse_options(files: Sequence[str], verb: Callable[..., int], name: str = "
             raise ParameterError(f"Unknown option: {file}.{hint} {tries}")
 
 
-def in_options(sentence: str) -> str:
-    """Return what the reader says with its arguments in the words of the command line.
+def option_text(setting: Setting) -> str:
+    """Return a setting of a message as an option of the command line.
 
     Examples
     --------
-    >>> in_options("say which is which with columns={'pv': ..., 'op': 2}.")
-    'say which is which with --column pv=NAME --column op=2.'
-    >>> in_options("give op_range=(0, 4095) to convert, or day_first=False.")
-    'give --op-range 0 4095 to convert, or --no-day-first.'
-    >>> in_options("give time_format='...' (--time-format) or dt= (--dt).")
-    'give --time-format "..." or --dt.'
-    >>> in_options("give op_range (--op-range) to convert it.")
-    'give --op-range to convert it.'
-    >>> in_options("raise the limit with max_bytes= or --max-bytes.")
-    'raise the limit with --max-bytes.'
-    >>> in_options("give controller=PID(Kc, Ti).")
-    'give --controller pi:Kc=..,Ti=...'
+    >>> option_text(Setting("columns", {"pv": None, "op": 2})), option_text(Setting("op_range", (0, 4095)))
+    ('--column pv=NAME --column op=2', '--op-range 0 4095')
+    >>> option_text(Setting("dt")), option_text(Setting("decimal", ",")), option_text(Setting("day_first", False))
+    ('--dt', '--decimal ","', '--no-day-first')
     """
-
-    def columns(found: re.Match[str]) -> str:
-        pairs = re.findall(r"'(\w+)': ('[^']*'|[^,}]+)", found[1])
-        return " ".join(f"--column {_word(f'{signal}={_bare(name)}')}" for signal, name in pairs)
-
-    sentence = re.sub(r"columns=\{((?:'[^']*'|[^}'])*)\}", columns, sentence)
-    sentence = re.sub(r"time_format='([^']*)'(?: \(--time-format\))?", r'--time-format "\1"', sentence)
-    sentence = re.sub(r"(?<![\w./'-])time_format(?!\w|\.\w)", "--time-format", sentence)
-    sentence = re.sub(r"\b(give|or) dt\b(?!=)", r"\1 --dt", sentence)
-    sentence = re.sub(r"\bgive loop_type\b(?!=)", "give --loop-type", sentence)
-    sentence = re.sub(r"\b(op|mv)_range=\(([^,]+), ([^)]+)\)", r"--\1-range \2 \3", sentence)
-    sentence = re.sub(r"\bgive (op|mv)_range\b(?!=)(?: \(--\1-range\))?", r"give --\1-range", sentence)
-    sentence = re.sub(r"decimal='(.)'", r'--decimal "\1"', sentence)
-    sentence = sentence.replace("day_first=True", "--day-first").replace("day_first=False", "--no-day-first")
-    sentence = sentence.replace("controller=PID(Kc, Ti)", "--controller pi:Kc=..,Ti=..")
-    sentence = sentence.replace("columns=", "--column SIGNAL=NAME").replace(" (--columns)", "")
-    sentence = re.sub(r"\b\w+= or (--[a-z-]+)", r"\1", sentence)
-    return sentence.replace("dt= (--dt)", "--dt")
+    if setting.name in COMMANDS:
+        return COMMANDS[setting.name]
+    value = setting.value
+    if setting.name == "columns":
+        columns = value or {"SIGNAL": None}
+        pairs = (f"{signal}={'NAME' if column is None else column}" for signal, column in columns.items())
+        return " ".join(f"--column {_quote(pair)}" for pair in pairs)
+    option = OPTION_NAMES.get(setting.name, setting.name).replace("_", "-")
+    if value is None or value is True:
+        return f"--{option}"
+    if value is False:
+        return f"--no-{option}"
+    values = value if isinstance(value, tuple) else (value,)
+    return " ".join([f"--{option}", *(_quote(str(one)) for one in values)])
 
 
-def _bare(name: str) -> str:
-    return "NAME" if name == "..." else name.strip("'")
-
-
-def _word(text: str) -> str:
-    """An argument as a shell takes it for one word."""
+def _quote(text: str) -> str:
+    """Return an argument as one word for a shell."""
     return text if re.fullmatch(r"[\w./:=+-]+", text) else f'"{text}"'

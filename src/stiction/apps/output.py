@@ -1,4 +1,4 @@
-"""What the verbs print: plain text, tables, JSON on the output; progress and notes on the error stream."""
+"""Output of the commands: text, tables and JSON on standard output; progress and notes on standard error."""
 
 from __future__ import annotations
 
@@ -14,36 +14,36 @@ from typing import TYPE_CHECKING, Any, TypeVar
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
-__all__ = ["gauge", "note", "print_json", "print_table", "say", "track"]
+__all__ = ["print_err", "print_json", "print_out", "print_table", "progress_callback", "track"]
 
-PATIENCE = 1.0
-"""Seconds of work before a progress bar appears."""
+PROGRESS_DELAY_S = 1.0
+"""Time before a progress bar appears [s]."""
 
 Item = TypeVar("Item")
 
 
-def say(text: str) -> None:
-    """Print text on the output; spaces that must not break become plain ones."""
+def print_out(text: str) -> None:
+    """Print text on standard output, with plain spaces in place of no-break spaces."""
     _write(sys.stdout, text)
 
 
-def note(text: str) -> None:
-    """Print text on the error stream."""
+def print_err(text: str) -> None:
+    """Print text on standard error."""
     sys.stdout.flush()
     _write(sys.stderr, text)
 
 
 def print_json(data: Any) -> None:
-    """Print strict JSON: no NaN, no infinity."""
-    from stiction.apps.strict_json import strict
+    """Print JSON without NaN or infinity."""
+    from stiction.apps.json_safe import json_safe
 
-    _write(sys.stdout, json.dumps(strict(data), indent=2, allow_nan=False))
+    _write(sys.stdout, json.dumps(json_safe(data), indent=2, allow_nan=False))
 
 
 def print_table(columns: Sequence[str], rows: Iterable[Sequence[object]], *, right: Sequence[str] = ()) -> None:
-    """Print rows under their columns: fitted to a terminal, unbroken elsewhere, colour nowhere.
+    """Print a table: fitted to the width of a terminal, in one line per row elsewhere, without colours.
 
-    On a terminal too narrow for the longest words each row is a list of its own.
+    On a terminal that is too narrow for the longest words, each row is printed as a list.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def print_table(columns: Sequence[str], rows: Iterable[Sequence[object]], *, rig
     from rich.text import Text
 
     width = get_terminal_size().columns if sys.stdout.isatty() else 10_000
-    # Without a height Rich takes 80 columns where TERM is dumb.
+    # Without a height, Rich uses 80 columns when TERM is dumb.
     console = Console(width=width, height=25, highlight=False)
     shown_rows = [[_plain(str(value)) for value in row] for row in rows]
     widths = _widths([list(column) for column in zip(columns, *shown_rows, strict=True)], width)
@@ -82,7 +82,7 @@ def print_table(columns: Sequence[str], rows: Iterable[Sequence[object]], *, rig
 
 
 def _widths(columns: Sequence[Sequence[str]], most: int) -> list[int] | None:
-    """Width of each column, for its longest word and the short ones for all; None where the words do not fit."""
+    """Return the width of each column, at least that of its longest word; None when the words do not fit."""
     widths = [max(len(word) for text in column for word in (text.split() or [""])) for column in columns]
     wanted = [max(map(len, column)) for column in columns]
     spare = most - sum(widths) - 2 * (len(widths) - 1)
@@ -95,23 +95,23 @@ def _widths(columns: Sequence[Sequence[str]], most: int) -> list[int] | None:
 
 
 def track(items: Sequence[Item], doing: str) -> Iterator[Item]:
-    """Go through items; a bar on the error stream when that takes longer than a second and someone is looking."""
-    with gauge(doing) as show:
+    """Iterate over items, with a progress bar on a terminal when that takes longer than a second."""
+    with progress_callback(doing) as show:
         for k, item in enumerate(items):
             show(k, len(items))
             yield item
 
 
 @contextlib.contextmanager
-def gauge(doing: str) -> Iterator[Callable[[int, int], None]]:
-    """Give a function of what is done and the total; it shows a bar as `track` does, from any thread."""
+def progress_callback(doing: str) -> Iterator[Callable[[int, int], None]]:
+    """Provide a function of the finished and the total count that shows a progress bar, from any thread."""
     with contextlib.ExitStack() as stack:
         began, lock, shown = time.monotonic(), threading.Lock(), {}
 
         def show(done: int, total: int) -> None:
             with lock:
                 if not shown:
-                    if not sys.stderr.isatty() or time.monotonic() - began <= PATIENCE:
+                    if not sys.stderr.isatty() or time.monotonic() - began <= PROGRESS_DELAY_S:
                         return
                     from rich.console import Console
                     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn

@@ -1,30 +1,30 @@
-"""``stiction paper``: a walk through the paper this package implements, printed beside corrected."""
+"""``stiction paper``: the paper that this package implements, as printed and corrected."""
 
 from typing import Any
 
-from stiction.apps.options import Json, Report
+from stiction.apps.options import JsonOption, ReportOption
 from stiction.apps.paper_text import PARTS, SOURCE, TITLE, part_lines
 
 __all__ = ["paper"]
 
 
-def paper(*, report: Report = None, figure: int | None = None, as_json: Json = False) -> int:
-    """Walk through the paper: its tables, figures and equations, printed beside corrected, and its errata.
+def paper(*, report: ReportOption = None, figure: int | None = None, as_json: JsonOption = False) -> int:
+    """Show the tables, figures and equations of the paper, as printed and corrected, and its errata.
 
     Everything is simulated; the paper's recorded data are not available. Exit code 0.
 
     Parameters
     ----------
     report
-        HTML page to write: the whole paper in its order, or one figure.
+        HTML page to write: the whole paper, or one figure.
     figure
-        Only this figure, 2 to 8; with --json its series too.
+        Only this figure, 2 to 8; --json then includes its series.
     as_json
         Print the numbers as JSON.
     """
     from stiction import paper as room
-    from stiction.apps.files import check_report
-    from stiction.apps.output import print_json, say, track
+    from stiction.apps.output import print_json, print_out, track
+    from stiction.apps.output_files import check_report
     from stiction.errors import ParameterError
 
     if figure is not None and f"figure{figure}" not in PARTS:
@@ -41,10 +41,10 @@ def paper(*, report: Report = None, figure: int | None = None, as_json: Json = F
 
         print_json({part: to_plain(data, series=figure is not None) for part, data in parts.items()})
         return 0
-    say(f"{TITLE}\n{SOURCE}\nSimulated; the recorded data of the paper are not available.")
+    print_out(f"{TITLE}\n{SOURCE}\nSimulated; the recorded data of the paper are not available.")
     for part, data in parts.items():
-        say(f"\n{PARTS[part]}")
-        say("\n".join(f"  {line}" for line in part_lines(part, data)))
+        print_out(f"\n{PARTS[part]}")
+        print_out("\n".join(f"  {line}" for line in part_lines(part, data)))
     if target is not None:
-        say(f"\nReport: {target}")
+        print_out(f"\nReport: {target}")
     return 0

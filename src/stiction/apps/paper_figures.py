@@ -1,4 +1,4 @@
-"""Figures of the paper, drawn from the data that `stiction.paper` computes."""
+"""Figures of the paper, from the data of `stiction.paper`."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from stiction.paper.fig8 import Figure8
     from stiction.paper.lab_valve import LabRamp
 
-__all__ = ["fig2", "fig5", "fig6", "fig7", "fig8", "lab_ramp", "part_of_n", "stem_after"]
+__all__ = ["df_component", "fig2", "fig5", "fig6", "fig7", "fig8", "lab_ramp", "stem_response"]
 
 _MODELS = {
     "three parameters, corrected (eq. 5)": style.line_style(style.MV, 3.5, dash="solid"),
@@ -110,7 +110,7 @@ def fig5(figure: Figure5) -> tuple[Figure, Figure]:
     return first, second
 
 
-def stem_after(response: Response) -> Figure:
+def stem_response(response: Response) -> Figure:
     """Return OP and the stem of eq. 5 as printed and repaired."""
     data = [_line(response.time, response.op, "OP", style.line_style(style.OP, 1.2))]
     data += [_line(response.time, response.position[form], f"Stem, {form}", _FORMS[form]) for form in response.position]
@@ -122,7 +122,7 @@ def stem_after(response: Response) -> Figure:
     return Figure(layout, f"Eq. 5: {response.name}", caption, 320)
 
 
-def part_of_n(found: Equations6and7, part: str) -> Figure:
+def df_component(found: Equations6and7, part: str) -> Figure:
     """Return the real (eq. 6) or imaginary (eq. 7) part of N over A / d."""
     take = np.real if part == "real" else np.imag
     data = [_line(found.ratio, take(n), _NAMES[form], _FORMS[form]) for form, n in found.n.items()]

@@ -1,4 +1,4 @@
-"""The page of ``stiction paper``: the paper in its order, saying what is the paper's and what is simulated."""
+"""HTML page of ``stiction paper``: the parts of the paper in order, printed values and simulated values apart."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ DERIVED = (
 
 
 def write_paper_page(parts: Mapping[str, Any], path: Path) -> Path:
-    """Write the parts of the paper that were computed, in its order."""
+    """Write the computed parts of the paper in the order of the paper."""
     blocks: list[Block] = [Text(LEAD, kind="lead"), Text(ORIGIN)]
     for part, data in parts.items():
         blocks += part_blocks(part, data)
@@ -154,7 +154,7 @@ def _equation5(data: Any) -> list[Block]:
             "behind the OP. Here sb = 2 %, sj = 1 %."
         ),
         SideBySide(
-            [figures.stem_after(response) for response in data.responses if response.name != "ramp up and down"]
+            [figures.stem_response(response) for response in data.responses if response.name != "ramp up and down"]
         ),
         Table(["Model", "Stem after a step from 0 to 10 % [% of span]"], rows, "All models but the printed one agree."),
     ]
@@ -181,7 +181,7 @@ def _equations6and7(data: Any) -> list[Block]:
             "Eq. 6 is misprinted twice: its roots, and a factor 2 on the inner root of its second branch. Eq. 7 is "
             "right. Both hold for rest levels ±d/2, ±3d/2, ...; with levels 0, ±d, ... the same valve has another N."
         ),
-        SideBySide([figures.part_of_n(data, "real"), figures.part_of_n(data, "imaginary")]),
+        SideBySide([figures.df_component(data, "real"), figures.part_of_n(data, "imaginary")]),
         Table(["Form", "Largest distance from N measured on the valve [-]"], rows, "Both parts together."),
     ]
 

@@ -18,13 +18,13 @@ PARTS = {
     "figure8": "Fig. 8",
     "errata": "Errata",
 }
-"""Function of `stiction.paper` -> what it is in the paper, in its order."""
+"""Function of `stiction.paper` -> its name in the paper, in the order of the paper."""
 TITLE = "Issues in Modeling Stiction in Process Control Valves"
 SOURCE = "R. Srinivasan, R. Rengaswamy, U. Nallasivam, V. Rajavelu, American Control Conference, 2008"
 
 
 def part_lines(part: str, data: Any) -> list[str]:
-    """Lines that say what a part of the paper shows."""
+    """Return the lines that describe a part of the paper."""
     if part in ("figure3", "figure4"):
         return [
             f"{ramp.rate:g} %/s, seen in the paper: {ramp.paper}. "

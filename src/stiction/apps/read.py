@@ -1,12 +1,12 @@
-"""``stiction read``: what a source holds, without a diagnosis."""
+"""``stiction read``: show what a source holds, without a diagnosis."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from stiction.apps.failure import traceback_of
-from stiction.apps.options import Json, in_options, refuse_options
+from stiction.apps.failure import traceback_text
+from stiction.apps.options import JsonOption, reject_misplaced_options
 from stiction.apps.reading_options import SOURCES, ReadingOptions, read_sources
 from stiction.errors import ParameterError, RecordError
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 __all__ = ["read"]
 
 _FORMS = {"--out": (".parquet", b"PAR1"), "--write-map": (".csv", b"tag,loop,role,")}
-"""Option -> how the name of its file ends, and how the file begins."""
+"""Option -> how the names of its files end, and how the files begin."""
 File = Annotated[str | None, Parameter(allow_leading_hyphen=True)]
 
 
@@ -25,30 +25,30 @@ def read(
     *sources: Annotated[str, Parameter(name="SOURCE", help=SOURCES, allow_leading_hyphen=True)],
     out: File = None,
     write_map: File = None,
-    as_json: Json = False,
+    as_json: JsonOption = False,
     reading: ReadingOptions = ReadingOptions(),  # noqa: B008 (frozen)
 ) -> int:
-    """Say what a source holds: loops, rows, step, units, assumptions, bad values, gaps and columns not used.
+    """Show what a source holds: loops, rows, sampling period, units, assumptions, bad values, gaps and unused columns.
 
-    Exit code 0, or 3 when a source could not be read; nothing is written then.
+    Exit code 0, or 3 when a source could not be read; then nothing is written.
 
     Parameters
     ----------
     out
-        Parquet file to write the loops to; reading it gives equal loops at once.
+        Parquet file to write the loops to; it is read back quickly and without options.
     write_map
-        Mapping file to write, in which each column's loop, role and unit can be corrected; read it back with --map.
-        An existing map with other rows is left alone.
+        Mapping file to write, in which you can correct the loop, role and unit of each column; use it with --map. An
+        existing map with other rows is not replaced.
     as_json
-        Print an object with the loops, the assumptions and the sources that could not be read, and nothing else.
+        Print only a JSON object with the loops, the assumptions and the sources that could not be read.
     """
-    refuse_options(sources, read)
+    reject_misplaced_options(sources, read)
     if not sources:
         raise ParameterError(
             "no source was named; give files, a folder, a pattern, a database URL, or - for the standard input."
         )
     targets = _check_targets(sources, out, write_map)
-    from stiction.apps.output import note, print_json, say
+    from stiction.apps.output import print_err, print_json, print_out
     from stiction.records import summarise
 
     found = read_sources(sources, reading.arguments())
@@ -61,11 +61,11 @@ def read(
     if as_json:
         print_json({**summary.to_dict(), "failures": [_as_object(failure) for failure in found.failures]})
     elif found.records:
-        say(in_options(summary.summary()))
+        print_out(summary.summary())
     if found.failures:
         for failure in found.failures:
             if failure.fault is not None:
-                note(traceback_of(failure.fault))
+                print_err(traceback_text(failure.fault))
         raise _failure_error(found.failures)
     if "--out" in targets:
         from stiction.records.parquet_writer import to_parquet
@@ -76,7 +76,7 @@ def read(
 
         write(roles, targets["--write-map"])
     for option, target in targets.items():
-        (note if as_json else say)(f"{'Loops' if option == '--out' else 'Map'}: {target}")
+        (print_err if as_json else print_out)(f"{'Loops' if option == '--out' else 'Map'}: {target}")
     return 0
 
 
@@ -86,13 +86,13 @@ def _keep_edited_map(target: Path, roles: "list[LoopRoles]") -> None:
 
     if target.exists() and target.read_bytes() != map_text(roles).encode():
         raise RecordError(
-            f"{target} exists and has other rows than the map to be written, perhaps edited by hand; name another file "
-            "with --write-map, or delete it first."
+            f"{target} exists with other rows than the new map; someone may have edited it. Give another name with "
+            "--write-map, or delete the file first."
         )
 
 
 def _failure_error(failures: "list[Failure]") -> Exception:
-    """The error that ends the command: a fault of the program, the only reason, or all of them."""
+    """Return the error that ends the command: an error in the program, or the reasons of all failures."""
     faults = [failure.fault for failure in failures if failure.fault is not None]
     if faults:
         return faults[0]
@@ -107,8 +107,8 @@ def _as_object(failure: "Failure") -> dict[str, str]:
 
 
 def _check_targets(sources: tuple[str, ...], out: str | None, write_map: str | None) -> dict[str, Path]:
-    """Check the files to write before the work: they are of the right kind, and replace no source."""
-    from stiction.apps.files import check_target
+    """Check the files to write before the work: their names fit, and they do not replace a source."""
+    from stiction.apps.output_files import check_target
 
     targets: dict[str, Path] = {}
     for option, name in (("--out", out), ("--write-map", write_map)):
@@ -116,11 +116,13 @@ def _check_targets(sources: tuple[str, ...], out: str | None, write_map: str | N
             continue
         ending, start = _FORMS[option]
         if not name.lower().endswith(ending):
-            raise ParameterError(f"{option} {name} does not end in {ending}; give a name that does.")
+            raise ParameterError(f"{option} {name} does not end in {ending}; give a name that ends in {ending}.")
         target = check_target(name)
         if any(target.resolve() == Path(source).resolve() for source in sources):
             raise ParameterError(f"{option} {name} would replace the source; name another file.")
         if target.exists() and not (target.is_file() and target.read_bytes()[: len(start)] == start):
-            raise RecordError(f"{target} was not written by stiction and is left alone; name another with {option}.")
+            raise RecordError(
+                f"{target} was not written by stiction and is not replaced; give another name with {option}."
+            )
         targets[option] = target
     return targets

@@ -1,4 +1,4 @@
-"""The options of the command line that say how to read a source, the same for every verb, and the reading itself."""
+"""Command line options for reading a source, the same for every command, and the function that reads."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Group, Parameter
 
-from stiction.apps.failure import Failure, fault
-from stiction.apps.options import in_options
+from stiction.apps.failure import Failure, program_fault
+from stiction.apps.options import option_text
 from stiction.errors import ParameterError, RecordError, StictionError
 
 if TYPE_CHECKING:
@@ -36,15 +36,14 @@ class ReadingOptions:
     Parameters
     ----------
     tag
-        Only this loop of a source with several; the name of the loop where the source has none.
+        Only this loop of a source with several loops; a name for the loop if the source has none.
     dt
-        Sampling period in seconds, where the source has no time or a wrong one: its rows are then taken as even.
+        Sampling period in seconds, if the source has no time stamps or wrong ones: its rows are then evenly sampled.
     column
-        SIGNAL=NAME, for example op=FIC101.OUT: which column is which, instead of guessing. SIGNAL is time, pv, sp,
-        op, mv (valve position), valve_signal (what a compensator sends to the valve), mode, bad or quality. May be
-        repeated.
+        SIGNAL=NAME, for example op=FIC101.OUT: the column of a signal, if it is not recognised. SIGNAL is time, pv, sp,
+        op, mv (valve position), valve_signal (output of a compensator), mode, bad or quality. May be repeated.
     map
-        Mapping file that settles tag, loop, role and unit of every column; `stiction read --write-map` writes one.
+        Mapping file with tag, loop, role and unit of every column; `stiction read --write-map` writes one.
     loop_type
         flow, level, pressure, temperature, analyser (or concentration) or other; by default from the tag's letters.
     sheet
@@ -54,37 +53,37 @@ class ReadingOptions:
     decimal
         Decimal mark, "." or ",".
     time_format
-        How time stamps are written, as in "%d.%m.%Y %H:%M:%S".
+        Format of the time stamps, such as "%d.%m.%Y %H:%M:%S".
     day_first
-        Whether 01/02/2026 is the first of February.
+        Whether 01/02/2026 is 1 February.
     timezone
-        Time zone of stamps without one, such as Europe/Berlin.
+        Time zone of time stamps without one, such as Europe/Berlin.
     op_range
-        OP at 0 % and at 100 % of span, where the column is not in %: two numbers.
+        OP at 0 % and at 100 % of span, if the column is not in %: two numbers.
     mv_range
-        Valve position at 0 % and at 100 % of span, where the column is not in %: two numbers.
+        Valve position at 0 % and at 100 % of span, if the column is not in %: two numbers.
     align
-        How a PV with time stamps of its own goes on the common clock: last (value, the default) or interpolate.
+        How signals with different time stamps get common ones: last (hold the last value, the default) or interpolate.
     max_gap
         Longest time in seconds over which a value is held or interpolated.
     max_bytes
-        Size after decompression up to which a file is read (2000000000).
+        Largest size of a file after decompression (2000000000).
     query
-        Of a database: a SELECT.
+        Database: a SELECT statement.
     table
-        Of a database: a table or view, instead of a query.
+        Database: a table or view, instead of a query.
     time_column
-        Of a database: column of the time.
+        Database: column with the time.
     tag_column
-        Of a database with a row for each tag and time: column of the tag.
+        Database with one row for each tag and time: column with the tag.
     value_column
-        Of such a database: column of the value.
+        Database with one row for each tag and time: column with the value.
     quality_column
-        Of such a database: column of the quality.
+        Database with one row for each tag and time: column with the quality.
     since
-        Of a database: first time, as in 2026-03-02T06:00.
+        Database: first time to read, such as 2026-03-02T06:00.
     until
-        Of a database: time before which the rows end.
+        Database: end of the time to read; the end itself is not included.
     """
 
     tag: str | None = None
@@ -113,13 +112,13 @@ class ReadingOptions:
     until: str | None = None
 
     def arguments(self) -> dict[str, Any]:
-        """Arguments of `stiction.read`, without those that were not given."""
+        """Return the given options as arguments of `stiction.read`."""
         chosen = {**vars(self), "column": columns_of(self.column)}
         return {_LIBRARY_NAMES.get(name, name): value for name, value in chosen.items() if value is not None}
 
 
 def columns_of(pairs: tuple[str, ...]) -> dict[str, str | int] | None:
-    """Return SIGNAL=NAME pairs as a mapping; a NAME of digits is an index from 0.
+    """Return SIGNAL=NAME pairs as a mapping; a NAME of digits is a column number from 0.
 
     Examples
     --------
@@ -137,7 +136,7 @@ def columns_of(pairs: tuple[str, ...]) -> dict[str, str | int] | None:
 
 @dataclass
 class ReadSources:
-    """What came of reading several sources."""
+    """Result of reading several sources."""
 
     records: list["LoopRecord"] = field(default_factory=list)
     """Records of all sources."""
@@ -148,7 +147,7 @@ class ReadSources:
 
 
 def read_sources(sources: Sequence[str], options: dict[str, Any]) -> ReadSources:
-    """Read each source; those that hold no loop alone, such as files of one tag each, are read together."""
+    """Read each source; sources without a complete loop, such as files with one tag each, are read together."""
     from stiction.apps.output import track
 
     result = ReadSources()
@@ -174,15 +173,15 @@ def _read_one(source: str | list[str], name: str, options: dict[str, Any], resul
         result.records += loops.read()
         result.loops.append(loops)
     except RecordError as error:
-        result.failures.append(Failure(name, None, in_options(str(error))))
+        result.failures.append(Failure(name, None, error.text(option_text)))
     except StictionError:
         raise
     except Exception as error:
-        result.failures.append(fault(name, None, error))
+        result.failures.append(program_fault(name, None, error))
 
 
 def _shown(source: str) -> str:
-    """Give the name of a source without a password."""
+    """Return the name of a source without a password."""
     from stiction.sources.database_url import is_database_url, show_url
 
     return show_url(source) if is_database_url(source) else source

@@ -1,13 +1,13 @@
-"""Trials of remedies as lines of text, rows of a table, and objects of JSON."""
+"""Format trials of remedies as text, table rows and JSON objects."""
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING, Any
 
-from stiction.apps.output import print_table, say
-from stiction.compensation.predicted import in_words
-from stiction.compensation.remedies import FIX, NOTHING, RETUNE
+from stiction.apps.output import print_out, print_table
+from stiction.compensation.prediction_text import format_settings
+from stiction.compensation.remedies import NO_ACTION, REPAIR, RETUNING
 from stiction.report import labels
 
 if TYPE_CHECKING:
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from stiction.apps.advise import Advice
     from stiction.apps.failure import Failure
-    from stiction.compensation import Behaviour, CompensationTrial, RemedyTrial
+    from stiction.compensation import CompensationTrial, LoopPerformance, RemedyTrial
 
 __all__ = [
     "advice_dict",
@@ -32,28 +32,28 @@ __all__ = [
     "valve_text",
 ]
 
-WARNINGS = ("makes it worse", "hurts if S, J are off")
+WARNINGS = ("makes it worse", "worse if S, J are wrong")
 """Notes on remedies that may do harm."""
-WORSE = 0.05
-"""Share by which a remedy must raise the PV deviation to be said to make it worse [-]."""
+MIN_WORSENING = 0.05
+"""Increase of the PV deviation above which a remedy is noted as making it worse [-]."""
 COLUMNS = ("Remedy", "PV std", "IAE", "Offset", "Travel", "Rev/h", "OP", "\u00b130 %", "Cost")
-"""Headings that fit into 80 columns; `_legend` says what they mean."""
+"""Headings that fit into 80 columns; `_legend` explains them."""
 
 
 def print_advice(advices: Sequence[Advice], failures: Sequence[Failure]) -> None:
     """Print the advice on each loop."""
     for advice in advices:
-        say("")
-        _tell(advice)
+        print_out("")
+        _print_advice(advice)
     for failure in failures if advices or len(failures) > 1 else ():
-        say(f"\n{failure.tag}: no advice. {failure.reason}")
+        print_out(f"\n{failure.tag}: no advice. {failure.reason}")
 
 
 def headline(trial: CompensationTrial) -> str:
     """Return the recommendation in a few words."""
     if trial.refused:
         return "No advice"
-    return "Until the shutdown: leave it as it is" if trial.recommended == NOTHING else (
+    return "Until the shutdown: leave it as it is" if trial.recommended == NO_ACTION else (
         f"Until the shutdown: {trial.recommended}"
     )  # fmt: skip
 
@@ -70,64 +70,66 @@ def format_change(ratio: float) -> str:
 
 
 def twin_text(trial: CompensationTrial) -> str:
-    """Say how well the twin repeats the record, and what was changed for it; not again why there is no advice."""
+    """Compare the twin with the record, and list the changes of the identified values; without the trial's reason."""
     twin = trial.twin
     if twin is None:
         return ""
     cycle = twin.simulated
     if not twin.overlay:
-        told = twin.reason
+        text = "" if twin.reason == trial.reason else twin.reason
         if cycle.period > 0.0:
-            told += (
-                f" It cycles every {labels.format_duration(cycle.period)}, "
-                f"OP by {labels.format_number(cycle.amplitude_op)} % and PV by "
-                f"{labels.format_number(cycle.amplitude_pv)} to either side."
+            text += (
+                f" It oscillates with a period of {labels.format_duration(cycle.period)} and amplitudes of "
+                f"{labels.format_number(cycle.amplitude_op)} % (OP) and "
+                f"{labels.format_number(cycle.amplitude_pv)} (PV)."
             )
-        return told.removeprefix(trial.reason).strip()
-    told = twin.summary().removeprefix(trial.reason).strip()
-    return told + (f" Changed for it: {', '.join(twin.changes)}." if twin.changes else "")
+        return text.strip()
+    text = twin.comparison if twin.reason == trial.reason else twin.summary()
+    return text + (f" Changes of the identified values: {', '.join(twin.changes)}." if twin.changes else "")
 
 
 def retuning_text(trial: CompensationTrial) -> str:
-    """Say what other settings give: in the undisturbed cycle, and in the trial beside the other remedies."""
+    """Say what retuning changes: in the undisturbed cycle, and in the trial."""
     if trial.retuning is None:
         return ""
-    tried = next((one for one in trial.remedies if one.name == RETUNE), None)
+    tried = next((one for one in trial.remedies if one.name == RETUNING), None)
     if tried is None or trial.retuning.improvement <= 0.0:
         return trial.retuning.reason
-    alone = trial.twin is None or trial.twin.around is None
-    where = "with noise and loads" if alone else "with the noise and load of the record"
+    alone = trial.twin is None or trial.twin.inputs is None
+    where = "with noise and loads" if alone else "with the noise and disturbances of the record"
     verdict = ": leave the settings" if remedy_note(tried, trial) in WARNINGS or tried.improvement <= 0.0 else ""
     change = format_change(1.0 - tried.improvement)
-    return f"{trial.retuning.reason} In the table, {where}, it changes it by {change}{verdict}."
+    return f"{trial.retuning.reason} In the table, {where}, the PV deviation changes by {change}{verdict}."
 
 
 def settings_text(one: RemedyTrial) -> str:
-    """Settings of a remedy with their units."""
-    return in_words({key: value for key, value in one.remedy.settings.items() if not isinstance(value, (bool, str))})
+    """Return the settings of a remedy with their units."""
+    return format_settings(
+        {key: value for key, value in one.remedy.settings.items() if not isinstance(value, (bool, str))}
+    )
 
 
 def valve_text(advice: Advice) -> str:
     """Say what to do about the valve."""
     if advice.diagnosis is not None:
         return advice.diagnosis.action
-    fix = next((one for one in advice.trial.remedies if one.name == FIX), None)
+    fix = next((one for one in advice.trial.remedies if one.name == REPAIR), None)
     return "" if fix is None else fix.remedy.words
 
 
 def remedy_note(one: RemedyTrial, trial: CompensationTrial) -> str:
-    """Return what must be known of a remedy beside its numbers."""
+    """Return a note on a remedy for the table."""
     if one.name == trial.recommended:
         return "recommended"
     if not one.at_hand:
         return "at the shutdown"
-    if one.improvement < -WORSE:
+    if one.improvement < -MIN_WORSENING:
         return "makes it worse"
-    return "hurts if S, J are off" if one.hurts else ""
+    return "worse if S, J are wrong" if one.hurts else ""
 
 
 def not_written_text(key: str, target: Path, advice: Advice) -> str:
-    """Say why a file that was asked for is not written."""
+    """Say why a requested file is not written."""
     name = key.replace("_", " ").capitalize()
     if key == "work_order":
         why = "the valve needs no work"
@@ -172,32 +174,32 @@ def failed_advice_dict(failure: Failure) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _tell(advice: Advice) -> None:
+def _print_advice(advice: Advice) -> None:
     trial = advice.trial
-    say(f"{trial.tag}: {headline(trial)}.")
-    say(trial.reason)
+    print_out(f"{trial.tag}: {headline(trial)}.")
+    print_out(trial.reason)
     if not trial.refused:
-        say(trial.risk)
+        print_out(trial.risk)
     if told := twin_text(trial):
-        say(f"Twin: {told}")
+        print_out(f"Twin: {told}")
     if trial.remedies:
-        now = trial[NOTHING].behaviour
-        say("")
+        now = trial[NO_ACTION].behaviour
+        print_out("")
         print_table(COLUMNS, [_row(one, now) for one in trial.remedies], right=COLUMNS[1:])
-        say(_legend(now))
+        print_out(_legend(now))
         for note in WARNINGS:
             names = [one.name for one in trial.remedies if remedy_note(one, trial) == note]
             if names:
-                say(f"{note[0].upper()}{note[1:]}: {', '.join(names)}.")
-        say("")
+                print_out(f"{note[0].upper()}{note[1:]}: {', '.join(names)}.")
+        print_out("")
     if trial.retuning is not None:
-        say(f"Retuning: {retuning_text(trial)}")
+        print_out(f"Retuning: {retuning_text(trial)}")
     if action := valve_text(advice):
         of_valve = advice.diagnosis is None or advice.diagnosis.verdict == "stiction"
-        say(f"{'Valve' if of_valve else 'Action'}: {action}")
+        print_out(f"{'Valve' if of_valve else 'Action'}: {action}")
 
 
-def _legend(now: Behaviour) -> str:
+def _legend(now: LoopPerformance) -> str:
     pv, travel, op = (labels.format_number(x) for x in (now.pv_std, now.travel, now.op_travel))
     return (
         "PV std, IAE: their change. Offset: mean error in PV units. Travel, OP: movement of stem and OP, times that of "
@@ -206,20 +208,20 @@ def _legend(now: Behaviour) -> str:
     )
 
 
-def _row(one: RemedyTrial, now: Behaviour) -> list[str]:
+def _row(one: RemedyTrial, now: LoopPerformance) -> list[str]:
     b = one.behaviour
     return [
         one.name,
-        format_change(_over(b.pv_std, now.pv_std)),
-        format_change(_over(b.iae, now.iae)),
+        format_change(_format_ratio(b.pv_std, now.pv_std)),
+        format_change(_format_ratio(b.iae, now.iae)),
         labels.format_number(b.offset, significant=2),
-        labels.format_number(_over(b.travel, now.travel), significant=2),
+        labels.format_number(_format_ratio(b.travel, now.travel), significant=2),
         labels.format_number(b.reversals),
-        labels.format_number(_over(b.op_travel, now.op_travel), significant=2),
+        labels.format_number(_format_ratio(b.op_travel, now.op_travel), significant=2),
         format_change(one.worst),
         f"{one.cost:.2f}",
     ]
 
 
-def _over(value: float, base: float) -> float:
+def _format_ratio(value: float, base: float) -> float:
     return value / base if base > 0.0 else math.nan

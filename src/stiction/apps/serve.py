@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from stiction.apps.options import refuse_options
+from stiction.apps.options import reject_misplaced_options
 from stiction.errors import MissingExtraError, ParameterError, RecordError
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ def serve(
     open
         Open the page in the browser.
     """
-    refuse_options(sources, serve)
+    reject_misplaced_options(sources, serve)
     if not 0 <= port <= 65535:
         raise ParameterError(f"--port {port} is no port; give a number between 1 and 65535, or leave it out.")
     _check_installation()

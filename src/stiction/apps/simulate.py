@@ -1,9 +1,9 @@
-"""``stiction simulate``: a control loop in time, from the command line."""
+"""``stiction simulate``: simulate a control loop."""
 
 import sys
 from typing import Any
 
-from stiction.apps.options import Json, Out, Text
+from stiction.apps.options import JsonOption, OutOption, TextOption
 
 __all__ = ["simulate"]
 
@@ -26,12 +26,12 @@ DEFAULTS: dict[str, Any] = {
 
 def simulate(
     *,
-    process: Text = None,
-    controller: Text = None,
-    valve: Text = None,
-    compensator: Text = None,
-    sp: Text = None,
-    disturbance: Text = None,
+    process: TextOption = None,
+    controller: TextOption = None,
+    valve: TextOption = None,
+    compensator: TextOption = None,
+    sp: TextOption = None,
+    disturbance: TextOption = None,
     pv_start: float | None = None,
     op_start: float | None = None,
     noise: float | None = None,
@@ -40,8 +40,8 @@ def simulate(
     seed: int | None = None,
     tag: str | None = None,
     loop: str | None = None,
-    out: Out = None,
-    as_json: Json = False,
+    out: OutOption = None,
+    as_json: JsonOption = False,
 ) -> int:
     """Simulate a control loop with a sticky valve; the signals come as CSV.
 
@@ -60,9 +60,9 @@ def simulate(
         none (the default), knocker:amplitude=1.5,width=2,interval=5, constant-reinforcement:amplitude=..,
         integral-deadband:band=.., cuadros:.., variable-pulses:.., two-move:S=..,J=..,band=.. or four-move:band=...
     sp
-        Set point, or set points with times: 51 (the default) or 50,55@600.
+        Set point, or set points with times: 51 (the default) or 50,55@600 (55 from 600 s on).
     disturbance
-        Load at the process inlet in % of span, written in the same way.
+        Load at the process inlet in % of span, in the same form.
     pv_start
         PV at rest before the start (50).
     op_start
@@ -74,28 +74,28 @@ def simulate(
     duration
         Length in seconds (2000).
     seed
-        Seed of the noise; drawn anew when not given.
+        Seed of the noise; random when not given.
     tag
         Name of the loop.
     loop
-        TOML file with any of these settings under the same names; options come before it.
+        TOML file with any of these settings under the same names; options override it.
     out
-        CSV file to write (time_s, SP, PV, OP, MV: the valve position, and VALVE_SIGNAL, what a compensator sent);
-        without it the CSV goes to the output.
+        CSV file to write (time_s, SP, PV, OP, MV: the valve position, and VALVE_SIGNAL: the output of a compensator);
+        without it the CSV goes to standard output.
     as_json
-        Print period and amplitudes as JSON, and the CSV only where --out says.
+        Print period and amplitudes as JSON; the CSV is written only with --out.
     """
-    from stiction.apps.files import check_text, write_csv
-    from stiction.apps.loop_text import make_loop, ran_away, settings_of, within
-    from stiction.apps.output import note, print_json, say
-    from stiction.apps.signal_text import levels
+    from stiction.apps.output import print_err, print_json, print_out
+    from stiction.apps.output_files import check_text, write_csv
+    from stiction.apps.parse_loop import make_loop, merge_settings, require_position, runaway_message
+    from stiction.apps.parse_signal import parse_levels
 
     typed = {
         "process": process, "controller": controller, "valve": valve,
         "compensator": compensator, "sp": sp, "disturbance": disturbance, "pv_start": pv_start,
         "op_start": op_start, "noise": noise, "dt": dt, "duration": duration, "seed": seed, "tag": tag,
     }  # fmt: skip
-    settings = settings_of(loop, typed, DEFAULTS)
+    settings = merge_settings(loop, typed, DEFAULTS)
     target = None if out is None or out == "-" else check_text(out, "--out")
     from stiction.diagnosis.oscillation import find_oscillation
     from stiction.errors import require_positive
@@ -104,7 +104,7 @@ def simulate(
     length = require_positive("duration", settings["duration"], "s")
     step = require_positive("dt", settings["dt"], "s")
     # Before the loop is made: a length of too many samples is told by its name, and not by what of the loop is as long.
-    set_point, load = (levels(name, settings[name], length, step) for name in ("sp", "disturbance"))
+    set_point, load = (parse_levels(name, settings[name], length, step) for name in ("sp", "disturbance"))
     made = make_loop(settings)
     record = run(
         made,
@@ -113,10 +113,10 @@ def simulate(
         load,
         settings["seed"],
         pv_start=settings["pv_start"],
-        op_start=within("op_start", settings["op_start"]),
+        op_start=require_position("op_start", settings["op_start"]),
         tag=str(settings["tag"]),
     )
-    rhythm, away = find_oscillation(record), ran_away(made, record)
+    rhythm, away = find_oscillation(record), runaway_message(made, record)
     if target is not None or not as_json:
         write_csv(record, target)
     if as_json:
@@ -124,9 +124,9 @@ def simulate(
         found["ran_away"] = bool(away)
         print_json({**found, "settings": settings, "file": None if target is None else str(target)})
     elif target is not None:
-        say(f"{len(record)} samples every {record.dt:g} s written to {target}.")
+        print_out(f"{len(record)} samples every {record.dt:g} s written to {target}.")
     if away:
-        note(f"stiction: {away}")
+        print_err(f"stiction: {away}")
     elif not as_json and (target is not None or sys.stdout.isatty()):
-        (say if target is not None else note)(rhythm.reason)
+        (print_out if target is not None else print_err)(rhythm.reason)
     return 0

@@ -1,10 +1,10 @@
-"""``stiction stroke``: a valve on its own, driven over an input."""
+"""``stiction stroke``: simulate a valve alone for a given input."""
 
 from typing import Annotated
 
 from cyclopts import Parameter
 
-from stiction.apps.options import Json, Out, Report
+from stiction.apps.options import JsonOption, OutOption, ReportOption
 
 __all__ = ["stroke"]
 
@@ -15,11 +15,11 @@ def stroke(
     op: Annotated[str, Parameter(allow_leading_hyphen=True)] = "triangle:mean=50,amplitude=10,period=400,duration=800",
     dt: float = 1.0,
     mv_start: float | None = None,
-    out: Out = None,
-    report: Report = None,
-    as_json: Json = False,
+    out: OutOption = None,
+    report: ReportOption = None,
+    as_json: JsonOption = False,
 ) -> int:
-    """Drive a valve over a test signal and see where its stem goes; OP and position come as CSV.
+    """Simulate the stem of a valve for a test signal; OP and valve position come as CSV.
 
     Parameters
     ----------
@@ -30,31 +30,33 @@ def stroke(
         ramp:start=..,stop=..,rate=.., triangle:mean=..,amplitude=..,period=..,duration=.., sine:... (the same),
         staircase:levels=50 51 50,hold=60, random_walk:..., binary_sequence:..., or a CSV file with an OP column.
     dt
-        Sampling period in seconds; a CSV file brings its own.
+        Sampling period in seconds; not used with a CSV file.
     mv_start
-        Where the stem rests before the start in % of span; at the first OP when not given.
+        Valve position at rest before the start in % of span; equal to the first OP when not given.
     out
-        CSV file to write (time_s, OP, MV: the valve position); without it the CSV goes to the output.
+        CSV file to write (time_s, OP, MV: the valve position); without it the CSV goes to standard output.
     report
         HTML page to write: trend and signature of the valve.
     as_json
         Print the signals as JSON.
     """
-    from stiction.apps.files import check_report, check_text, write_csv
-    from stiction.apps.loop_text import within
-    from stiction.apps.model_text import valve as make_valve
-    from stiction.apps.output import print_json, say
-    from stiction.apps.signal_text import op_signal
+    from stiction.apps.output import print_json, print_out
+    from stiction.apps.output_files import check_report, check_text, write_csv
+    from stiction.apps.parse_loop import require_position
+    from stiction.apps.parse_model import parse_valve
+    from stiction.apps.parse_signal import parse_op_signal
     from stiction.errors import require_positive
 
     target = None if out is None or out == "-" else check_text(out, "--out")
     page = None if report is None else check_report(report)
-    made = make_valve(valve)
-    series, step = op_signal(op, require_positive("dt", dt, "s"))
+    made = parse_valve(valve)
+    series, step = parse_op_signal(op, require_positive("dt", dt, "s"))
     from stiction.simulation import stroke as run
 
     if mv_start is not None:
-        mv_start = within("mv_start", mv_start, min(0.0, float(series.min())), max(100.0, float(series.max())))
+        mv_start = require_position(
+            "mv_start", mv_start, min(0.0, float(series.min())), max(100.0, float(series.max()))
+        )
     record = run(made, series, step, mv_start)
     if target is not None or not (as_json or page):
         write_csv(record, target)
@@ -67,7 +69,7 @@ def stroke(
         print_json({"valve": valve, "dt_s": record.dt, "op": record.op, "mv": record.mv})
         return 0
     if target is not None:
-        say(f"{len(record)} samples every {record.dt:g} s written to {target}.")
+        print_out(f"{len(record)} samples every {record.dt:g} s written to {target}.")
     if page is not None:
-        say(f"Report: {page}")
+        print_out(f"Report: {page}")
     return 0

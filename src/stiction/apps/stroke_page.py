@@ -1,4 +1,4 @@
-"""The page of ``stiction stroke``: trend and signature of one valve."""
+"""HTML page of ``stiction stroke``: trend and signature of one valve."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     from stiction.records import LoopRecord
 
-__all__ = ["line_trace", "signature", "trend", "write_stroke_page"]
+__all__ = ["line_trace", "trend", "valve_signature", "write_stroke_page"]
 
 
 def write_stroke_page(record: LoopRecord, path: Path, *, valve: str, op: str) -> Path:
@@ -20,7 +20,7 @@ def write_stroke_page(record: LoopRecord, path: Path, *, valve: str, op: str) ->
     duration, step = labels.format_duration(record.duration), labels.format_duration(record.dt)
     lead = f"The valve {valve}, driven for {duration} in steps of {step}."
     settings = Table(["Setting", "Value"], [["Valve", valve], ["OP", op], ["Source", record.provenance.source]])
-    return write_page("Valve stroke", [Text(lead, kind="lead"), trend(record), signature(record), settings], path)
+    return write_page("Valve stroke", [Text(lead, kind="lead"), trend(record), valve_signature(record), settings], path)
 
 
 def trend(record: LoopRecord) -> Figure:
@@ -34,7 +34,7 @@ def trend(record: LoopRecord) -> Figure:
     return Figure({"data": data, "layout": layout}, "OP and valve position over time", caption)
 
 
-def signature(record: LoopRecord) -> Figure:
+def valve_signature(record: LoopRecord) -> Figure:
     """Return the valve position against the OP."""
     assert record.mv is not None
     data = [line_trace(record.op, record.mv, "Valve", style.line_style(style.MV))]
@@ -49,7 +49,7 @@ def signature(record: LoopRecord) -> Figure:
 
 
 def line_trace(x: Any, y: Any, name: str, line: dict[str, Any]) -> dict[str, Any]:
-    """Return one series over another as a line, thinned for the eye."""
+    """Return one series over another as a line, downsampled."""
     if len(x) > 2:
         keep = downsample(y)
         x, y = x[keep], y[keep]

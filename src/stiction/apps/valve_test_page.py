@@ -1,4 +1,4 @@
-"""The page of ``stiction valve-test analyse``: verdict, trend with slips and steps marked, signature, readings."""
+"""HTML page of ``stiction valve-test analyse``: verdict, trend with slips and steps marked, signature, readings."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def write_valve_test_page(found: ValveTest, path: Path, changes: TestComparison 
 
 
 def _stem(found: ValveTest) -> tuple[np.ndarray, str]:
-    """The stem as it was read, and what to call it."""
+    """Return the stem signal and its name."""
     if isinstance(found, RampTest):
         return found.position, "Valve position as read [% of span]"
     stem = found.record.mv if found.signal == "mv" else found.record.pv
@@ -56,7 +56,7 @@ def _stem(found: ValveTest) -> tuple[np.ndarray, str]:
 
 
 def _trend(found: ValveTest) -> Figure:
-    """OP and stem over time, every slip or step marked."""
+    """Return OP and stem over time with every slip or step marked."""
     record = found.record
     name, unit = labels.time_unit(record.duration)
     stem, title = _stem(found)
@@ -89,7 +89,7 @@ def _trend(found: ValveTest) -> Figure:
 
 
 def _signature(found: ValveTest) -> Figure:
-    """The stem against the OP."""
+    """Return the stem against OP."""
     stem, title = _stem(found)
     data = [line_trace(found.record.op, stem, "Test", style.line_style(style.MV))]
     if isinstance(found, RampTest) and np.isfinite(found.model).any():
@@ -100,7 +100,7 @@ def _signature(found: ValveTest) -> Figure:
 
 
 def _over_travel(found: RampTest) -> Figure:
-    """Stick band and jump over the travel, opening and closing."""
+    """Return stickband and slip jump over the travel, for opening and closing."""
     data: list[dict[str, Any]] = []
     for direction, symbol, way in ((1, "triangle-up", "opening"), (-1, "triangle-down", "closing")):
         bins = [b for b in found.travel if b.direction == direction and b.n]

@@ -1,10 +1,10 @@
-"""Verdicts as lines of text, and failures in the form of verdicts."""
+"""Format verdicts as text, and failures as JSON with the keys of verdicts."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from stiction.apps.output import print_table, say
+from stiction.apps.output import print_out, print_table
 from stiction.report import labels
 
 if TYPE_CHECKING:
@@ -17,18 +17,18 @@ __all__ = ["failed_diagnosis_dict", "format_S", "print_verdicts"]
 
 
 def print_verdicts(diagnoses: Sequence[Diagnosis], failures: Sequence[Failure], *, explain: bool) -> None:
-    """Print one loop in a few lines, several as a table with the worst first."""
+    """Print one loop as a few lines, several loops as a table with the worst first."""
     from stiction.report.overview import sort_worst_first
 
     ranked = sort_worst_first(diagnoses)
     names = labels.unique_loop_names([diagnosis.record for diagnosis in ranked])
     if ranked:
-        say("")
+        print_out("")
     if len(ranked) + len(failures) == 1 and ranked:
         only = ranked[0]
-        say(f"{only.record.tag}: {labels.headline(only)}. {labels.confidence_text(only)}.")
-        say(only.reason)
-        say(only.action)
+        print_out(f"{only.record.tag}: {labels.headline(only)}. {labels.confidence_text(only)}.")
+        print_out(only.reason)
+        print_out(only.action)
     elif ranked:
         rows = [[name, *_row(diagnosis)] for name, diagnosis in zip(names, ranked, strict=True)]
         rows += [[failure.tag or failure.file, "not diagnosed", "", "", "", "", failure.reason] for failure in failures]
@@ -43,7 +43,7 @@ def print_verdicts(diagnoses: Sequence[Diagnosis], failures: Sequence[Failure], 
 
 
 def format_S(diagnosis: Diagnosis) -> str:
-    """Return S with its interval, and its unit where that is not % of span; nothing where S means nothing."""
+    """Return S with its interval, and its unit if that is not % of span; empty when S is not identified."""
     found = diagnosis.identification
     if found is None or diagnosis.verdict == "no_stiction":
         return ""
@@ -53,7 +53,7 @@ def format_S(diagnosis: Diagnosis) -> str:
 
 
 def failed_diagnosis_dict(failure: Failure) -> dict[str, Any]:
-    """Return a failure with the keys of a diagnosis and `error`, so that a script meets one form only."""
+    """Return a failure with the keys of a diagnosis and `error`, so that all JSON objects have the same keys."""
     return {
         "file": failure.file,
         "tag": failure.tag,
@@ -92,10 +92,10 @@ def _row(diagnosis: Diagnosis) -> list[str]:
 def _explain(name: str, diagnosis: Diagnosis) -> None:
     from stiction.report.explanation import explanation_steps
 
-    say(f"\n{name}, step by step")
+    print_out(f"\n{name}, step by step")
     for k, step in enumerate(explanation_steps(diagnosis), 1):
-        say(f"\n{k}. {step.title}")
+        print_out(f"\n{k}. {step.title}")
         for line in step.lines:
-            say(f"   {line}")
+            print_out(f"   {line}")
         if step.table is not None:
             print_table(step.table.columns, step.table.rows, right=step.table.numbers)

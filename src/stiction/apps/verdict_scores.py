@@ -1,4 +1,4 @@
-"""Verdicts counted against labels, by record and by group."""
+"""Compare verdicts with labels, by record and by group."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ if TYPE_CHECKING:
 
 __all__ = ["calibration_error", "confusion_counts", "reliability", "score_causes", "score_groups"]
 
-BINS = 5
-"""Equal bins of probability in which verdicts are compared with labels: few, for records are few."""
+PROBABILITY_BINS = 5
+"""Number of equal bins of the probability [-]."""
 
 
 def confusion_counts(rows: Iterable[Mapping[str, Any]]) -> dict[str, int]:
-    """Count rows with a "label" and a "verdict"; undecided is neither right nor an alarm.
+    """Count rows by "label" and "verdict"; undecided is neither right nor an alarm.
 
     Examples
     --------
@@ -76,7 +76,7 @@ def score_causes(rows: Iterable[Mapping[str, Any]]) -> dict[str, dict[str, int]]
 
 
 def reliability(rows: Iterable[Mapping[str, Any]]) -> list[dict[str, float]]:
-    """Compare the mean probability with the share that sticks, bin by bin; rows without a probability are left out.
+    """Compare mean probability and share of sticky valves in each bin; rows without a probability are left out.
 
     Examples
     --------
@@ -86,11 +86,11 @@ def reliability(rows: Iterable[Mapping[str, Any]]) -> list[dict[str, float]]:
     bins: dict[int, list[Mapping[str, Any]]] = {}
     for row in rows:
         if row["probability"] is not None:
-            bins.setdefault(min(int(row["probability"] * BINS), BINS - 1), []).append(row)
+            bins.setdefault(min(int(row["probability"] * PROBABILITY_BINS), PROBABILITY_BINS - 1), []).append(row)
     return [
         {
-            "from": k / BINS,
-            "to": (k + 1) / BINS,
+            "from": k / PROBABILITY_BINS,
+            "to": (k + 1) / PROBABILITY_BINS,
             "n": len(members),
             "mean": sum(row["probability"] for row in members) / len(members),
             "sticky": sum(row["label"] == "stiction" for row in members) / len(members),
@@ -100,7 +100,7 @@ def reliability(rows: Iterable[Mapping[str, Any]]) -> list[dict[str, float]]:
 
 
 def calibration_error(bins: Iterable[Mapping[str, float]]) -> float:
-    """Mean distance of probability and true share over the bins of `reliability`, by their rows [-]; NaN of none.
+    """Return the mean distance of probability and true share over the bins, weighted by rows [-]; NaN without bins.
 
     Examples
     --------

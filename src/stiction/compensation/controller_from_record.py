@@ -1,11 +1,11 @@
-"""The controller behind a record, as the twin runs it: PI or PID, with set point weights and the derivative's filter.
+"""Identify the controller of a record: PI or PID, with set point weights and a filtered derivative.
 
-`fit_controller` names the form from an unfiltered derivative. Where derivative action shows, or no form explains the
-OP, the moves of OP are compared once more with a derivative behind the lag Tf,
+`fit_controller` finds the form with an unfiltered derivative. If it finds derivative action, or explains too little of
+OP, the moves of OP are fitted again by least squares with a filtered derivative,
 
     d(k) = a d(k-1) + (1 - a) (x(k) - x(k-1)) / dt,   a = Tf / (Tf + dt),
 
-for several Tf, its input x and that of the proportional part being the error or the PV; least squares each.
+for several Tf. The input x is the control error or the PV; so is the input of the proportional part.
 """
 
 from __future__ import annotations
@@ -28,28 +28,29 @@ if TYPE_CHECKING:
 
 __all__ = ["controller_from_record"]
 
-LEAST = 0.9
-"""Share of the OP that a controller found from the record must explain [-]."""
-LAGS = (0.0, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
-"""Lags of the derivative tried, over the sampling period [-]."""
-PURE = 1e-6
-"""Integral time that stands for a controller without a proportional part, over the sampling period [-]."""
-CLEARER = 0.7
-"""What a derivative behind a lag must leave, over what one without leaves, to be taken [-]."""
+MIN_EXPLAINED_SHARE = 0.9
+"""Share of the OP movement that an identified controller must explain [-]."""
+DERIVATIVE_LAGS = (0.0, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
+"""Time constants of the derivative filter that are tried, relative to the sampling period [-]."""
+INTEGRAL_ONLY_TIME = 1e-6
+"""Integral time of a controller without a proportional part, relative to the sampling period [-]."""
+MAX_RESIDUAL_RATIO = 0.7
+"""Largest unexplained share with a filtered derivative, relative to that with an unfiltered one, to be accepted [-]."""
 
 
 def controller_from_record(record: LoopRecord) -> tuple[PID, bool]:
-    """Find the controller of a record.
+    """Identify the controller of a record.
 
     Parameters
     ----------
     record : LoopRecord
-        The part of the record that is judged.
+        The analysed part of the record.
 
     Returns
     -------
     tuple
-        The controller, limited to 0..100 % where the OP keeps within; and whether the record shows its own samples.
+        The controller, limited to 0..100 % if the OP stays within; and whether the record has the controller's own
+        sampling period.
 
     Raises
     ------
@@ -58,34 +59,36 @@ def controller_from_record(record: LoopRecord) -> tuple[PID, bool]:
     """
     found = fit_controller(record)
     exact = found.exact
-    options = {"op_limits": _limits(record.op)}
-    behind = {"b": 0.0 if found.form.startswith("I-P") else 1.0, "c": 0.0 if "-" in found.form else 1.0}
+    options = {"op_limits": _op_limits(record.op)}
+    set_point_weights = {"b": 0.0 if found.form.startswith("I-P") else 1.0, "c": 0.0 if "-" in found.form else 1.0}
     pid, share = None, found.explained
     if found.form == "I":
-        pid = PID(PURE * found.Ki * record.dt, PURE * record.dt, **options)  # type: ignore[arg-type]
+        pid = PID(INTEGRAL_ONLY_TIME * found.Ki * record.dt, INTEGRAL_ONLY_TIME * record.dt, **options)  # type: ignore[arg-type]
     elif found.Kc and found.Ti > 0.0 and found.Td >= 0.0:
-        pid = PID(found.Kc, found.Ti, found.Td, **behind, **options)  # type: ignore[arg-type]
-    if "D" in found.form or share < LEAST:
-        lagged, better, plain = _with_lag(record, options)
-        if lagged is not None and better >= LEAST and 1.0 - better < CLEARER * (1.0 - plain):
+        pid = PID(found.Kc, found.Ti, found.Td, **set_point_weights, **options)  # type: ignore[arg-type]
+    if "D" in found.form or share < MIN_EXPLAINED_SHARE:
+        lagged, better, plain = _fit_filtered_derivative(record, options)
+        if lagged is not None and better >= MIN_EXPLAINED_SHARE and 1.0 - better < MAX_RESIDUAL_RATIO * (1.0 - plain):
             pid, share, exact = lagged, better, True
-    if pid is None or share < LEAST:
+    if pid is None or share < MIN_EXPLAINED_SHARE:
         unknown = "; its set point was not recorded" if record.sp is None else ""
         raise RecordError(
-            f"{record.tag}: no controller explains the OP ({100.0 * share:.0f} % of its movement, {100.0 * LEAST:.0f} "
-            f"% needed{unknown}); give controller=PID(Kc, Ti), or check that it is in automatic."
+            f"no controller explains OP (the best explains {100.0 * share:.0f} % of its movement, "
+            f"{100.0 * MIN_EXPLAINED_SHARE:.0f} % are needed{unknown})",
+            remedy="give the controller with its Kc and Ti, or check that the loop is in automatic",
+            where=record.tag,
         )
     return pid, exact
 
 
-def _limits(op: NDArray[np.float64]) -> tuple[float, float]:
-    """0 and 100 %; none where the OP is written in deviations or another unit."""
+def _op_limits(op: NDArray[np.float64]) -> tuple[float, float]:
+    """Return 0 and 100 %, or infinite limits when OP is a deviation or in another unit."""
     inside = float(np.nanmin(op)) >= 0.0 and float(np.nanmax(op)) <= 100.0
     return (0.0, 100.0) if inside else (-np.inf, np.inf)
 
 
-def _with_lag(record: LoopRecord, options: dict) -> tuple[PID | None, float, float]:
-    """Best controller with a derivative; shares of the moves of OP that it and the best without a lag explain."""
+def _fit_filtered_derivative(record: LoopRecord, options: dict) -> tuple[PID | None, float, float]:
+    """Return the best controller with a derivative, and the explained shares with and without a filter."""
     from scipy.signal import lfilter
 
     assert record.pv is not None
@@ -99,7 +102,9 @@ def _with_lag(record: LoopRecord, options: dict) -> tuple[PID | None, float, flo
         return best, most, plain
     moving = bool(np.ptp(sp) > 0.0)
     energy = energy_of(data.y)
-    for on_error, acts_on_error, lag in product((True, False)[: 1 + moving], (True, False)[: 1 + moving], LAGS):
+    for on_error, acts_on_error, lag in product(
+        (True, False)[: 1 + moving], (True, False)[: 1 + moving], DERIVATIVE_LAGS
+    ):
         keep = lag / (lag + 1.0)
         d = np.asarray(lfilter([1.0 - keep], [1.0, -keep], data.columns[2 if acts_on_error else 4]))
         x = np.column_stack([data.columns[0 if on_error else 3], data.columns[1], d - d.mean()])

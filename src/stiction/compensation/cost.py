@@ -1,4 +1,4 @@
-"""What a remedy costs: a weighted sum of ratios to doing nothing, so that doing nothing costs 1."""
+"""Cost of a remedy: a weighted mean of its performance relative to doing nothing, which costs 1."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.compensation.trials import METRICS
+from stiction.compensation.run_trials import METRICS
 from stiction.errors import ParameterError, require_not_negative
 
 if TYPE_CHECKING:
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["WEIGHTS", "checked", "cost"]
+__all__ = ["WEIGHTS", "check_weights", "cost"]
 
 WEIGHTS = {
     "pv_std": 1.0,
@@ -27,21 +27,21 @@ WEIGHTS = {
     "load_step": 0.25,
     "errors": 0.5,
 }
-"""Default weights [-]: the PV first, the wear bill at a twentieth, as a remedy may drive the stem ten times as far."""
+"""Default weights [-]. Wear counts little: a remedy may move the stem ten times as far as the loop does now."""
 
 
-def checked(weights: Mapping[str, float] | None) -> dict[str, float]:
-    """Fill weights up with the defaults.
+def check_weights(weights: Mapping[str, float] | None) -> dict[str, float]:
+    """Check weights and add the defaults.
 
     Parameters
     ----------
     weights : mapping or None
-        Name -> weight [-]; names left out keep their default.
+        Name -> weight [-].
 
     Returns
     -------
     dict
-        All weights.
+        All weights; those not given have their default.
 
     Raises
     ------
@@ -59,16 +59,16 @@ def checked(weights: Mapping[str, float] | None) -> dict[str, float]:
 
 
 def cost(row: NDArray[np.float64], nothing: NDArray[np.float64], worst: float, weights: Mapping[str, float]) -> float:
-    """Cost of a remedy.
+    """Return the cost of a remedy.
 
     Parameters
     ----------
     row, nothing : ndarray, shape (8,)
-        `METRICS` of the remedy and of doing nothing.
+        `METRICS` with the remedy and with doing nothing.
     worst : float
-        Largest PV deviation over that of doing nothing with S and J off by 30 % [-].
+        Largest PV deviation relative to doing nothing when S and J are wrong by 30 % [-].
     weights : mapping
-        Weights, all of them [-].
+        All weights [-].
 
     Returns
     -------
@@ -76,7 +76,7 @@ def cost(row: NDArray[np.float64], nothing: NDArray[np.float64], worst: float, w
         The cost [-]; 1 for doing nothing.
     """
     ratios = row / np.maximum(nothing, 1e-12)
-    # The offset of a loop that cycles is next to nothing: it is measured by the PV's deviation instead.
+    # An oscillating loop has almost no offset, so the offset is taken relative to the PV deviation.
     at = METRICS.index("offset")
     ratios[at] = 1.0 + (row[at] - nothing[at]) / max(nothing[METRICS.index("pv_std")], 1e-12)
     total = sum(weights[name] * ratio for name, ratio in zip(METRICS, ratios, strict=True))

@@ -1,10 +1,10 @@
-"""The recommendation in words: when to give none, which remedy to take until the shutdown, and what can go wrong."""
+"""Choose the remedy to use until the next shutdown, or say why none is recommended, and what its risk is."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from stiction.compensation.remedies import FIX, NOTHING
+from stiction.compensation.remedies import NO_ACTION, REPAIR
 from stiction.diagnosis.loop_state import HEADLINES
 from stiction.display.check_text import describe_check
 
@@ -14,26 +14,23 @@ if TYPE_CHECKING:
 
 __all__ = ["choose_remedy", "refusal_reason", "repair_not_worthwhile"]
 
-OPEN_LOOP = ("two-move", "four-move")
+OPEN_LOOP_REMEDIES = ("two-move", "four-move")
 """Remedies that open the loop."""
-LEAST_IMPROVEMENT, LEAST_FOUND = 0.10, 0.20
-"""Share by which a remedy must lower the PV's deviation to be recommended, on a loop that is given and on the twin of a
-record [-]."""
-LEAST_REPAIR = 0.10
-"""Share by which a good valve must lower it for the valve to be worth compensating [-]."""
-FORESEEN = ("knocker", "constant reinforcement")
-"""Remedies whose improvement the twin of a record predicts: whether those that rest in a band rest at all, and what
-other settings do, hangs on more of valve and process than a record shows (docs/understand/remedies.md)."""
-SURE = 0.90
-"""PV deviation over that of doing nothing that the remedy must keep to on the twin of a record with S and J off by 30 %
-[-]."""
-OPTIMISM = 0.9
-"""Improvement of the true loop over that of its twin, the median of 300 simulated loops: a remedy set on a twin fits
-the twin best [-]."""
+MIN_IMPROVEMENT_OF_LOOP, MIN_IMPROVEMENT_OF_TWIN = 0.10, 0.20
+"""Smallest recommended improvement of the PV deviation, on a given loop and on the twin of a record [-]."""
+MIN_REPAIR_IMPROVEMENT = 0.10
+"""Smallest improvement by a good valve at which compensation is worthwhile [-]."""
+PREDICTABLE_REMEDIES = ("knocker", "constant reinforcement")
+"""Remedies whose improvement the twin of a record predicts well. Whether a remedy with a band comes to rest, and what
+other controller settings do, depends on properties that a record does not show (docs/understand/remedies.md)."""
+MAX_DEVIATION_WITH_ERRORS = 0.90
+"""Largest PV deviation relative to doing nothing on the twin of a record, with S and J wrong by 30 % [-]."""
+PLANT_TO_TWIN_RATIO = 0.9
+"""Improvement of the plant relative to that of its twin [-]: the settings fit the twin best."""
 
 
 def refusal_reason(diagnosis: Diagnosis) -> str:
-    """Say why a diagnosis gives nothing to advise on; empty where it does.
+    """Say why no advice can be given for a diagnosis; empty when it can.
 
     Parameters
     ----------
@@ -43,106 +40,111 @@ def refusal_reason(diagnosis: Diagnosis) -> str:
     Returns
     -------
     str
-        The reason, or "".
+        The reason, or an empty text.
     """
     state = diagnosis.loop_state
     if not state.in_control:
-        return f"{HEADLINES[state.state]}, so that nothing is known of the valve. {diagnosis.reason} {diagnosis.action}"
+        headline = f"{HEADLINES[state.state]}, so the record says nothing about the valve."
+        return f"{headline} {diagnosis.reason} {diagnosis.action}"
     limited = next((check for check in diagnosis.quality.warnings if check.name == "saturation"), None)
     if limited is not None:
-        return f"OP is at its limits, where no compensator has room: {describe_check(limited)}"
+        return f"OP is at its limits, so a compensator cannot add to it. {describe_check(limited)}"
     if diagnosis.verdict == "undecided":
-        return f"Undecided whether the valve sticks, and a remedy for the wrong fault can hurt. {diagnosis.reason}"
+        return f"It is undecided whether the valve sticks; a remedy for the wrong fault can do harm. {diagnosis.reason}"
     if diagnosis.verdict == "no_stiction":
-        return f"The valve was not found to stick, so that there is nothing to compensate. {diagnosis.action}"
+        return f"No stiction was found, so there is nothing to compensate. {diagnosis.action}"
     if diagnosis.identification is None:
-        return "No valve and process were identified, so that there is no twin to try a remedy on."
+        return "Valve and process were not identified, so there is no twin to try a remedy on."
     return ""
 
 
 def repair_not_worthwhile(fix: RemedyTrial) -> str:
-    """Say that a good valve would change nothing; empty where it would."""
-    if fix.improvement >= LEAST_REPAIR:
+    """Say that even a good valve would change little; empty when it would change more."""
+    if fix.improvement >= MIN_REPAIR_IMPROVEMENT:
         return ""
     return (
-        f"Even a good valve would change the PV's deviation by {_little(-fix.improvement)}: what moves the PV is not "
-        "the valve, and there is nothing to compensate. Repair it at the shutdown if it sticks."
+        f"Even a good valve would change the PV deviation by {_format_change(-fix.improvement)}: something else moves "
+        "the PV, so there is nothing to compensate. If the valve sticks, repair it at the next shutdown."
     )
 
 
-def choose_remedy(ranked: tuple[RemedyTrial, ...], *, found: bool = False) -> tuple[str, str, str, float]:
-    """Choose the remedy until the shutdown.
+def choose_remedy(ranked: tuple[RemedyTrial, ...], *, from_record: bool = False) -> tuple[str, str, str, float]:
+    """Choose the remedy to use until the next shutdown.
 
     Parameters
     ----------
     ranked : tuple of RemedyTrial
         The trials, the cheapest first.
-    found : bool
-        Whether they were made on the twin of a record and not on a loop that was given.
+    from_record : bool
+        Whether they were made on the twin of a record; otherwise on a given loop.
 
     Returns
     -------
     tuple
-        Its name, the reason, the risk, and the share by which it is expected to lower the PV's deviation [-].
+        Its name, the reason, the risk, and the share by which it is expected to lower the PV deviation [-].
     """
-    fix = next(one for one in ranked if one.name == FIX)
-    nothing = next(one for one in ranked if one.name == NOTHING)
-    least = LEAST_FOUND if found else LEAST_IMPROVEMENT
+    fix = next(one for one in ranked if one.name == REPAIR)
+    nothing = next(one for one in ranked if one.name == NO_ACTION)
+    least = MIN_IMPROVEMENT_OF_TWIN if from_record else MIN_IMPROVEMENT_OF_LOOP
     helping = [one for one in ranked if one.at_hand and one.improvement >= least and one.cost < nothing.cost]
-    safe = [one for one in helping if not one.hurts and (not found or _foreseen(one))]
-    repair = f"Fixing the valve lowers the PV's deviation by {100.0 * fix.improvement:.0f} %"
-    if fix.improvement < LEAST_REPAIR:
-        repair = f"Fixing the valve changes the PV's deviation by {_little(-fix.improvement)}"
+    safe = [one for one in helping if not one.hurts and (not from_record or _is_predictable(one))]
+    repair = f"Repair of the valve lowers the PV deviation by {100.0 * fix.improvement:.0f} %"
+    if fix.improvement < MIN_REPAIR_IMPROVEMENT:
+        repair = f"Repair of the valve changes the PV deviation by {_format_change(-fix.improvement)}"
     if not safe:
-        why = f"{repair}; until then no remedy lowers it by {100.0 * least:.0f} % at a price worth paying"
+        why = f"{repair}; no other remedy lowers it by {100.0 * least:.0f} % and costs less than doing nothing"
         if helping:
             one = helping[0]
-            why = f"{repair}; until then the {one.name} would lower it by {100.0 * one.improvement:.0f} %, but "
-            why += (
-                f"raises it to {one.worst:.2f} times that of doing nothing where S and J are off by 30 %"
-                if one.hurts
-                else "a record does not show enough of valve and process to count on that"
+            why = (
+                f"{repair}; until then the remedy '{one.name}' would lower it by {100.0 * one.improvement:.0f} %, but "
             )
-        return NOTHING, f"{why}: leave the loop as it is.", "The valve goes on wearing at the present rate.", 0.0
+            why += (
+                f"raises it to {one.worst:.2f} times that of doing nothing if S and J are wrong by 30 %"
+                if one.hurts
+                else "a record does not show enough of valve and process to rely on that"
+            )
+        return NO_ACTION, f"{why}: leave the loop as it is.", "The valve continues to wear at the present rate.", 0.0
     best = safe[0]
-    expected = OPTIMISM * best.improvement if found else best.improvement
+    expected = PLANT_TO_TWIN_RATIO * best.improvement if from_record else best.improvement
     advice = f"until the shutdown: {best.name}. {best.remedy.words}"
-    reason = f"{repair}; {advice} It lowers the PV's deviation by {100.0 * best.improvement:.0f} %"
-    reason += f" on the twin; expect {100.0 * expected:.0f} % on the plant." if found else "."
-    return best.name, reason, _risk(best, nothing), expected
+    reason = f"{repair}; {advice} It lowers the PV deviation by {100.0 * best.improvement:.0f} %"
+    reason += f" on the twin; expect {100.0 * expected:.0f} % on the plant." if from_record else "."
+    return best.name, reason, _risk_text(best, nothing), expected
 
 
-def _foreseen(one: RemedyTrial) -> bool:
-    """Whether the twin of a record predicts the improvement by a remedy."""
-    return one.name in FORESEEN and one.worst <= SURE
+def _is_predictable(one: RemedyTrial) -> bool:
+    """Return whether the twin of a record predicts the improvement by a remedy well."""
+    return one.name in PREDICTABLE_REMEDIES and one.worst <= MAX_DEVIATION_WITH_ERRORS
 
 
-def _little(x: float) -> str:
-    """A signed change in percent, without a sign where it rounds to nothing, and `only` where it is little."""
-    told = f"{round(100.0 * x):+d} %" if round(100.0 * x) else "0 %"
-    return f"{told} only" if abs(x) < LEAST_REPAIR else told
+def _format_change(x: float) -> str:
+    """Return a signed change in percent; a small one ends in `only`."""
+    text = f"{round(100.0 * x):+d} %" if round(100.0 * x) else "0 %"
+    return f"{text} only" if abs(x) < MIN_REPAIR_IMPROVEMENT else text
 
 
-def _times(value: float, base: float) -> str:
-    """A ratio with two significant digits, so that a small one is not told as nothing."""
+def _format_ratio(value: float, base: float) -> str:
+    """Return a ratio with two significant digits, so that a small one is not shown as 0."""
     ratio = value / max(base, 1e-300)
     return f"{ratio:.2g}" if ratio < 100.0 else f"{ratio:.0f}"
 
 
-def _risk(best: RemedyTrial, nothing: RemedyTrial) -> str:
-    """What the remedy costs and where it may fail."""
+def _risk_text(best: RemedyTrial, nothing: RemedyTrial) -> str:
+    """Return the drawbacks of a remedy as a sentence."""
     b, now = best.behaviour, nothing.behaviour
-    told = [
-        f"stem travel {_times(b.travel, now.travel)} times and reversals {_times(b.reversals, now.reversals)} times "
-        "those of doing nothing"
+    drawbacks = [
+        f"stem travel {_format_ratio(b.travel, now.travel)} times and reversals "
+        f"{_format_ratio(b.reversals, now.reversals)} times the present ones"
     ]
     if b.offset > now.offset + 0.1 * now.pv_std:
-        told.append(f"an offset of about {b.offset:.3g} PV units stays")
+        drawbacks.append(f"an offset of about {b.offset:.3g} PV units remains")
     if b.load_step > 1.2 * now.load_step:
-        told.append(f"a load step costs {b.load_step / now.load_step:.1f} times the IAE")
+        drawbacks.append(f"the IAE after a load step is {b.load_step / now.load_step:.1f} times the present one")
     if b.sp_step > 1.2 * now.sp_step:
-        told.append(f"a set point step costs {b.sp_step / now.sp_step:.1f} times the IAE")
-    if best.name in OPEN_LOOP:
-        told.append("the loop is open while the stem rests, blind to a load until the error leaves the band")
-    told.append(f"with S and J off by 30 % the PV deviates by up to {best.worst:.2f} times that of doing nothing")
-    return f"The price: {'; '.join(told)}."
+        drawbacks.append(f"the IAE after a set point step is {b.sp_step / now.sp_step:.1f} times the present one")
+    if best.name in OPEN_LOOP_REMEDIES:
+        drawbacks.append(
+            "the loop is open while the stem rests: a disturbance is corrected only after the error has left the band"
+        )
+    drawbacks.append(f"if S and J are wrong by 30 %, the PV deviation is up to {best.worst:.2f} times the present one")
+    return f"Drawbacks: {'; '.join(drawbacks)}."

@@ -1,12 +1,12 @@
-"""The remedies that are tried: nothing, a good valve, other settings, and each compensator with its settings."""
+"""The remedies that are tried: no action, a repaired valve, other controller settings, and each compensator."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from stiction.compensation.exchange import exchange
-from stiction.compensation.repair import DEADBAND, RESOLUTION, kept, repair
+from stiction.compensation.repair import REPAIRED_DEADBAND, REPAIRED_RESOLUTION, repair, residual_stiction
+from stiction.compensation.replace_parts import replace_parts
 from stiction.models import (
     ConstantReinforcement,
     Cuadros,
@@ -21,40 +21,40 @@ if TYPE_CHECKING:
     from stiction.compensation.retune import Retuning
     from stiction.models import PID, Loop
 
-__all__ = ["FIX", "NOTHING", "RETUNE", "Remedy", "remedies_for"]
+__all__ = ["NO_ACTION", "REPAIR", "RETUNING", "Remedy", "remedies_for"]
 
-NOTHING, FIX, RETUNE = "do nothing", "fix the valve", "retune"
+NO_ACTION, REPAIR, RETUNING = "do nothing", "fix the valve", "retune"
 
-HEIGHTS = (0.6, 1.0, 1.4)
-"""Pulse heights tried, over those that `for_stiction` gives [-]."""
-BANDS = (0.6, 1.0, 1.6)
-"""Bands tried, over those that `for_stiction` gives [-]."""
+HEIGHT_FACTORS = (0.6, 1.0, 1.4)
+"""Pulse heights that are tried, relative to those from `for_stiction` [-]."""
+BAND_FACTORS = (0.6, 1.0, 1.6)
+"""Bands that are tried, relative to those from `for_stiction` [-]."""
 
 
 @dataclass(frozen=True)
 class Remedy:
-    """Something that can be done to a loop."""
+    """A change of a loop."""
 
     name: str
-    """do nothing, fix the valve, retune, or the compensator's name."""
+    """`do nothing`, `fix the valve`, `retune`, or the name of the compensator."""
     words: str
-    """What is done, in a sentence."""
+    """What to do, as a sentence."""
     controller: PID | None = None
-    """The controller's new settings; None leaves them."""
+    """New settings of the controller; None for no change."""
     compensator: Any = None
-    """The compensator put in; None for none."""
+    """Compensator to add; None for none."""
     limits: tuple[float, float] | None = None
-    """Deadband and resolution that the repaired valve may keep [% of span]; None where it is not repaired."""
+    """Deadband and resolution of the repaired valve [% of span]; None without a repair."""
 
     def apply(self, loop: Loop) -> Loop:
-        """Put the remedy into a loop, the twin's or another one."""
+        """Return a loop with the remedy."""
         if self.limits is not None:
             return repair(loop, *self.limits)
-        return exchange(loop, controller=self.controller or loop.controller, compensator=self.compensator)
+        return replace_parts(loop, controller=self.controller or loop.controller, compensator=self.compensator)
 
     @property
     def settings(self) -> dict[str, Any]:
-        """What is set, by name."""
+        """Settings of the remedy by name."""
         if self.compensator is not None:
             return {k: v for k, v in self.compensator.to_dict().items() if k != "compensator"}
         if self.controller is not None:
@@ -65,33 +65,33 @@ class Remedy:
 def remedies_for(
     S: float, J: float, gain: float, dt: float, loop: Loop, retuning: Retuning
 ) -> tuple[tuple[Remedy, ...], dict[str, tuple[Remedy, ...]]]:
-    """List the remedies without a choice, and the variants of those that have one.
+    """List the remedies: those with fixed settings, and the variants of the others.
 
     Parameters
     ----------
     S, J : float
         Identified stiction [% of span].
     gain : float
-        PV deviation that S makes, over S [PV units per % of span].
+        Peak to peak of the PV in the limit cycle, relative to S [PV units per % of span].
     dt : float
-        Sampling period of the record [s], in which pulses are counted.
+        Sampling period of the record [s]; pulses last whole samples.
     loop : Loop
         The twin.
     retuning : Retuning
-        The settings found for it.
+        New controller settings for it.
 
     Returns
     -------
     tuple
-        Remedies that are what they are; and name -> variants, of which the best is tried in full.
+        Remedies with fixed settings; and name -> variants, of which only the best is tried with all seeds.
     """
     fixed = [
-        Remedy(NOTHING, "Leave the loop as it is."),
-        Remedy(FIX, _repair_words(*kept(S)), limits=kept(S)),
+        Remedy(NO_ACTION, "Leave the loop as it is."),
+        Remedy(REPAIR, _describe_repair(*residual_stiction(S)), limits=residual_stiction(S)),
     ]
     if retuning.controller != loop.controller:
         pid = retuning.controller
-        fixed.append(Remedy(RETUNE, f"Set Kc = {pid.Kc:.3g}, Ti = {pid.Ti:.3g} s.", controller=pid))
+        fixed.append(Remedy(RETUNING, f"Set Kc = {pid.Kc:.3g}, Ti = {pid.Ti:.3g} s.", controller=pid))
     given = {"gain": gain, "noise": loop.noise}
     pulses = {
         "knocker": Knocker.for_stiction(S, J, dt, **given),
@@ -103,10 +103,10 @@ def remedies_for(
         name: tuple(
             Remedy(
                 name,
-                _words(name, base.amplitude * height),
+                _describe_pulses(name, base.amplitude * height),
                 compensator=replace(base, amplitude=base.amplitude * height),
             )
-            for height in HEIGHTS
+            for height in HEIGHT_FACTORS
         )
         for name, base in pulses.items()
     }
@@ -117,27 +117,29 @@ def remedies_for(
             f"Hold the integral while the error is below {stop.band * wide:.3g} PV units.",
             compensator=replace(stop, band=stop.band * wide),
         )
-        for wide in BANDS
+        for wide in BAND_FACTORS
     )
     for name, kind in (("two-move", TwoMove), ("four-move", FourMove)):
         base = kind.for_stiction(S, J, dt, **given)
         variants[name] = tuple(
             Remedy(
                 name,
-                f"Place the stem with the loop open; close it when the error leaves {base.band * wide:.3g} PV units.",
+                "Position the stem with the loop open; close the loop when the error exceeds "
+                f"{base.band * wide:.3g} PV units.",
                 compensator=replace(base, band=base.band * wide),
             )
-            for wide in BANDS
+            for wide in BAND_FACTORS
         )
     return tuple(fixed), variants
 
 
-def _repair_words(deadband: float, resolution: float) -> str:
-    left = f"{deadband:.2g} % deadband and {resolution:.2g} % resolution left"
-    if deadband + resolution < DEADBAND + RESOLUTION:
-        return f"Repair the valve: {left}, half of its S; the usual {DEADBAND + RESOLUTION:g} % would leave more of it."
-    return f"Repair the valve: {left}, as a good one may keep."
+def _describe_repair(deadband: float, resolution: float) -> str:
+    left = f"at most {deadband:.2g} % deadband and {resolution:.2g} % resolution afterwards"
+    if deadband + resolution < REPAIRED_DEADBAND + REPAIRED_RESOLUTION:
+        usual = REPAIRED_DEADBAND + REPAIRED_RESOLUTION
+        return f"Repair the valve: {left}, half of its S, because the usual {usual:g} % would be more than that."
+    return f"Repair the valve: {left}, as is usual for a good valve."
 
 
-def _words(name: str, amplitude: float) -> str:
+def _describe_pulses(name: str, amplitude: float) -> str:
     return f"Add {amplitude:.3g} % to the valve signal by the {name} rule."

@@ -1,17 +1,15 @@
-"""Fix the valve: what the loop would do with a good one, at the limits of a specification.
+"""Replace a sticky valve by a repaired one, at the limits of a specification.
 
-A repaired valve is not an ideal one. Specifications of control valves bound what is left together: about 1 % of span
-of deadband and resolution (the nominal limit that is recalled of EnTech's Control Valve Dynamic Specification 3.0,
-1998; the part of it that was opened says that a response to steps of "1 % and less" is expected: take the number as
-"after" `entech1998`, not as a quotation). Here deadband is play alone, as everywhere. In (S, J) they are
+A repaired valve is not ideal. A customary limit is 1 % of span for deadband and resolution together (after
+`entech1998`: the number is recalled, not quoted). Deadband is play without stiction, as everywhere in this package. In
+(S, J),
 
-    deadband = S - J,   resolution = J,   so that   S = deadband + resolution.
+    deadband = S - J,   resolution = J,   and so   S = deadband + resolution.
 
-The default splits 1 % in two halves. The repaired loop may still cycle by itself, a hundredth of span wide; that is
-what such a limit allows.
+By default each gets half of the 1 %. The repaired loop may still have a limit cycle, as the specification allows it.
 
-A loop whose process has a high gain makes a whole cycle of S = 1 % and less, with a valve that keeps the specification
-before any repair. A repair that leaves it so is none: both limits are narrowed until they leave half of its S at most.
+With a high process gain, a loop can oscillate with S of 1 % or less, so that its valve meets the specification before
+any repair. The repair must then reach lower limits: deadband and resolution together are at most half of S.
 """
 
 from __future__ import annotations
@@ -26,16 +24,16 @@ from stiction.models import Kano
 if TYPE_CHECKING:
     from stiction.models import Loop, Valve
 
-__all__ = ["DEADBAND", "RESOLUTION", "kept", "repair", "stiction_of"]
+__all__ = ["REPAIRED_DEADBAND", "REPAIRED_RESOLUTION", "repair", "residual_stiction", "stiction_of"]
 
-DEADBAND, RESOLUTION = 0.5, 0.5
-"""What a good valve is allowed to keep [% of span]; 1 % together."""
-MOST_KEPT = 0.5
-"""Share of its S that a repair leaves at most [-]."""
+REPAIRED_DEADBAND, REPAIRED_RESOLUTION = 0.5, 0.5
+"""Deadband and resolution of a good valve [% of span]."""
+MAX_RESIDUAL_SHARE = 0.5
+"""Largest share of S that remains after a repair [-]."""
 
 
 def stiction_of(valve: Valve) -> tuple[float, float] | None:
-    """S and J of a valve [% of span]; None where its model has none.
+    """Return S and J of a valve [% of span]; None when its model has none.
 
     Examples
     --------
@@ -52,32 +50,34 @@ def stiction_of(valve: Valve) -> tuple[float, float] | None:
     return float(banded.sb + banded.lag), float(banded.sb - banded.lag)
 
 
-def kept(S: float, deadband: float = DEADBAND, resolution: float = RESOLUTION) -> tuple[float, float]:
-    """Deadband and resolution that a repair may leave of `S` [% of span]: the limits, and half of S at most.
+def residual_stiction(
+    S: float, deadband: float = REPAIRED_DEADBAND, resolution: float = REPAIRED_RESOLUTION
+) -> tuple[float, float]:
+    """Return deadband and resolution after a repair [% of span]: the limits, but together at most half of `S`.
 
     Examples
     --------
-    >>> kept(5.0), kept(0.8)
+    >>> residual_stiction(5.0), residual_stiction(0.8)
     ((0.5, 0.5), (0.2, 0.2))
     """
-    narrowed = min(1.0, MOST_KEPT * S / max(deadband + resolution, 1e-12))
+    narrowed = min(1.0, MAX_RESIDUAL_SHARE * S / max(deadband + resolution, 1e-12))
     return narrowed * deadband, narrowed * resolution
 
 
-def repair(loop: Loop, deadband: float = DEADBAND, resolution: float = RESOLUTION) -> Loop:
-    """Put a good valve, at the limits of the specification, in the place of the sticky one.
+def repair(loop: Loop, deadband: float = REPAIRED_DEADBAND, resolution: float = REPAIRED_RESOLUTION) -> Loop:
+    """Replace the sticky valve of a loop by a good one at the limits of the specification.
 
     Parameters
     ----------
     loop : Loop
-        The loop; a compensator is taken out with the fault it was for.
+        The loop; its compensator is removed.
     deadband, resolution : float
-        What the good valve keeps at most [% of span], and no more than half of the sticky one's S.
+        Limits for the good valve [% of span]; together at most half of the sticky valve's S.
 
     Returns
     -------
     Loop
-        The repaired loop; no valve jumps further than before.
+        The repaired loop; its slip jump is not larger than before.
 
     Raises
     ------
@@ -86,7 +86,7 @@ def repair(loop: Loop, deadband: float = DEADBAND, resolution: float = RESOLUTIO
 
     References
     ----------
-    entech1998: the limit of 1 %, after it.
+    entech1998: the limit of 1 %, recalled.
 
     Examples
     --------
@@ -100,6 +100,6 @@ def repair(loop: Loop, deadband: float = DEADBAND, resolution: float = RESOLUTIO
     resolution = require_not_negative("resolution", resolution, "% of span")
     J = resolution
     if stiction := stiction_of(loop.valve):
-        deadband, resolution = kept(stiction[0], deadband, resolution)
+        deadband, resolution = residual_stiction(stiction[0], deadband, resolution)
         J = min(stiction[1], resolution)
     return replace(loop, valve=Kano(deadband + J, J, travel=loop.valve.travel), compensator=None)

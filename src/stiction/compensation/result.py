@@ -1,4 +1,4 @@
-"""What a trial of remedies says: each remedy with its bill, the one to take until the shutdown, and the risk."""
+"""Results of a trial of remedies: performance and cost of each, the recommended one, and its risk."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiction.compensation.remedies import NOTHING
+from stiction.compensation.remedies import NO_ACTION
 from stiction.display.result_display import ResultDisplay
 
 if TYPE_CHECKING:
@@ -17,29 +17,29 @@ if TYPE_CHECKING:
     from stiction.compensation.retune import Retuning
     from stiction.compensation.twin import Twin
 
-__all__ = ["Behaviour", "CompensationTrial", "RemedyTrial"]
+__all__ = ["CompensationTrial", "LoopPerformance", "RemedyTrial"]
 
 
 @dataclass(frozen=True)
-class Behaviour:
-    """How a loop behaves: means over the seeds."""
+class LoopPerformance:
+    """Control performance and wear of a loop, means over the seeds."""
 
     pv_std: float
-    """Standard deviation of the PV [PV units]."""
+    """Standard deviation of the control error [PV units]."""
     iae: float
-    """Integral of the absolute control error over the time it was taken [PV units]."""
+    """Integral of the absolute control error, divided by its time [PV units]."""
     offset: float
-    """Size of the mean control error [PV units]."""
+    """Absolute value of the mean control error [PV units]."""
     travel: float
     """Stem travel [% of span per h]."""
     reversals: float
     """Reversals of the stem [1/h]."""
     op_travel: float
-    """Movement of the OP [% of span per h]."""
+    """Travel of OP [% of span per h]."""
     sp_step: float
-    """IAE after a step of the set point, over the time it was taken [PV units]."""
+    """IAE after a set point step, divided by its time [PV units]."""
     load_step: float
-    """IAE after a step of the load, over the time it was taken [PV units]."""
+    """IAE after a load step, divided by its time [PV units]."""
 
     def to_dict(self) -> dict[str, float]:
         """JSON-ready form."""
@@ -52,23 +52,23 @@ class Behaviour:
 
 @dataclass(frozen=True)
 class RemedyTrial:
-    """One remedy on the twin."""
+    """One remedy on the twin, and its effect."""
 
     remedy: Remedy
-    """What was done."""
-    behaviour: Behaviour
-    """What came of it."""
+    """The remedy."""
+    behaviour: LoopPerformance
+    """Performance of the twin with it."""
     improvement: float
-    """Share by which the PV's standard deviation falls against doing nothing [-]; negative where it rises."""
+    """Share by which it lowers the PV deviation relative to doing nothing [-]; negative when it raises it."""
     improvement_low: float
-    """The same for the seed at the 5 % point [-]."""
+    """The same share, 5 % point over the seeds [-]."""
     with_errors: tuple[float, ...]
-    """PV deviation over that of doing nothing with S and J off by 30 %: both larger, both smaller, S larger and J
+    """PV deviation relative to doing nothing with S and J wrong by 30 %: both larger, both smaller, S larger and J
     smaller, S smaller and J larger [-]."""
     cost: float
-    """Weighted sum of what it costs; doing nothing costs 1 [-]."""
+    """Weighted cost; doing nothing costs 1 [-]."""
     at_hand: bool
-    """Whether it can be done before the shutdown."""
+    """Whether it can be done before the next shutdown."""
 
     @property
     def name(self) -> str:
@@ -77,12 +77,12 @@ class RemedyTrial:
 
     @property
     def worst(self) -> float:
-        """Largest PV deviation over that of doing nothing with S and J off by 30 % either way [-]."""
+        """Largest PV deviation relative to doing nothing with S and J wrong by 30 % [-]."""
         return max(self.with_errors)
 
     @property
     def hurts(self) -> bool:
-        """Whether it makes the PV worse by more than 5 % where S and J are off by 30 %."""
+        """Whether it raises the PV deviation by more than 5 % when S and J are wrong by 30 %."""
         return self.worst > 1.05
 
     def to_dict(self) -> dict[str, Any]:
@@ -98,55 +98,54 @@ class RemedyTrial:
 
 @dataclass(frozen=True)
 class CompensationTrial(ResultDisplay, kind="trial"):
-    """Every remedy of a sticky loop, tried on its twin and ranked."""
+    """All remedies for a sticky valve, tried on the loop's twin and ranked."""
 
     tag: str
     """Name of the loop."""
     remedies: tuple[RemedyTrial, ...]
-    """The trials, the cheapest first; empty where no advice is given."""
+    """The trials, the cheapest first; empty when no advice is given."""
     recommended: str | None
-    """Name of the remedy to take until the shutdown; None where no advice is given."""
+    """Name of the remedy to use until the next shutdown; None when no advice is given."""
     reason: str
-    """Why this one, or why none."""
+    """Why this remedy, or why none."""
     risk: str
-    """What can go wrong with it."""
+    """Drawbacks of the recommended remedy."""
     S: float
-    """Deadband plus stickband the trial rests on [% of span]; NaN where there is none."""
+    """Deadband plus stickband of the twin [% of span]; NaN without a twin."""
     J: float
-    """Slip jump [% of span]; NaN where there is none."""
+    """Slip jump of the twin [% of span]; NaN without a twin."""
     twin: Twin | None = None
-    """The twin; None where there is none."""
+    """The simulated copy of the loop; None when there is none."""
     retuning: Retuning | None = None
-    """The settings found and the trade-off; None where there is none."""
+    """Other controller settings and their trade-off; None when they were not searched."""
     weights: dict[str, float] = field(default_factory=dict)
     """Weights of the cost [-]."""
     seeds: int = 0
     """Runs of each remedy [-]."""
     trends: dict[str, dict[str, NDArray[np.float64]]] = field(default_factory=dict, repr=False, compare=False)
-    """Remedy -> time [s], sp, pv, op, mv of its first run, shape (n_samples,) each: nothing, recommended, repair."""
-
+    """Remedy -> time [s], sp, pv, op, mv of its first run, shape (n_samples,) each: no action, recommended, repair."""
     expected: float = float("nan")
-    """Share by which the remedy recommended is expected to lower the PV's deviation on the plant, a little less than on
-    the twin of a record [-]; NaN where no advice is given."""
+    """Share by which the recommended remedy is expected to lower the PV deviation on the plant [-]; slightly less than
+    on the twin of a record; NaN when no advice is given."""
 
     @property
     def refused(self) -> bool:
-        """Whether no advice is given; `reason` says why."""
+        """Whether no advice is given; then `reason` says why."""
         return self.recommended is None
 
     def __getitem__(self, name: str) -> RemedyTrial:
-        """Trial of the remedy called `name`."""
+        """Return the trial of the remedy `name`."""
         for one in self.remedies:
             if one.name == name:
                 return one
         raise KeyError(f"{name!r} was not tried; there are {', '.join(one.name for one in self.remedies) or 'none'}.")
 
     def summary(self) -> str:
-        """The recommendation, its risk, and a table of what each remedy gives and costs."""
+        """Return the recommendation, its risk, and a table of all remedies as text."""
         if self.refused:
             return f"{self.tag}: no advice. {self.reason}"
         head = f"{self.tag}: {self.reason} {self.risk}".rstrip()
-        now = self[NOTHING].behaviour
+        now = self[NO_ACTION].behaviour
         rows = [f"{'remedy':<24}{'PV std':>9}{'offset':>9}{'travel':>9}{'reversals':>11}{'worst':>7}{'cost':>7}"]
         for one in self.remedies:
             b = one.behaviour
@@ -155,7 +154,7 @@ class CompensationTrial(ResultDisplay, kind="trial"):
                 f"{b.travel / max(now.travel, 1e-300):>9.2f}{b.reversals / max(now.reversals, 1e-300):>11.2f}"
                 f"{one.worst:>7.2f}{one.cost:>7.2f}"
             )
-        return "\n".join([head, *rows, "(over doing nothing; offset over its PV std)"])
+        return "\n".join([head, *rows, "(relative to doing nothing; offset relative to the PV std of doing nothing)"])
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready form."""

@@ -1,15 +1,15 @@
-"""Retune: the controller settings for which no limit cycle is left, or the mildest one.
+"""Retune the controller: find settings without a limit cycle, or with the smallest one.
 
-A limit cycle needs 1 + N(A) L(j omega) = 0 at some amplitude A. Lowering Kc or raising Ti moves L away from -1/N; the
-smallest |1 + N L| over amplitudes and frequencies is the margin. With J = 0 and a self-regulating process under PI no
-cycle exists, since -1/N tends to infinity along the negative imaginary axis; with a slip jump and integral action
-there is always one, as the stem can seldom rest where the PV meets its set point, and retuning only makes it slower
-or smaller (after `mohammad2012`; J = 0 derived, see docs/understand/remedies.md). The describing function is
-only the first look: it is up to half off in period for a PI on first order with dead time. Every setting is simulated.
+A limit cycle needs 1 + N(A) L(j omega) = 0 at some amplitude A. A lower Kc or a longer Ti moves L away from -1/N; the
+smallest |1 + N L| over amplitudes and frequencies is the margin. With J = 0, a self-regulating process and PI control
+there is no limit cycle, because -1/N tends to infinity along the negative imaginary axis. With a slip jump and integral
+action there is always one, because the stem can seldom rest exactly where PV equals the set point; retuning only makes
+it slower or smaller (after `mohammad2012`; J = 0 derived, see docs/understand/remedies.md). The describing function is
+only a first estimate: its period can be wrong by half for a PI on first order with dead time. So every setting is
+simulated.
 
-Detuning costs control. A setting may take no more than `load_limit` times the IAE of the present one after a step of
-load with a good valve, and its maximum sensitivity Ms = max |1 / (1 + L)| stays below `Ms_limit`. Both, and the cycle
-that is left, are the trade-off that is reported.
+Slower settings control less tightly. With a good valve, the IAE after a load step may be at most `load_limit` times the
+present one, and the maximum sensitivity Ms = max |1 / (1 + L)| at most `Ms_limit`. Both are reported for every setting.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiction.compensation.exchange import exchange
 from stiction.compensation.repair import stiction_of
+from stiction.compensation.replace_parts import replace_parts
 from stiction.errors import ParameterError, require_positive, require_samples
 from stiction.limitcycle import describing_function, predict_limit_cycles
 from stiction.limitcycle.continuous_form import is_frictionless
@@ -35,36 +35,36 @@ if TYPE_CHECKING:
 
     from stiction.models import Loop, Valve
 
-__all__ = ["Retuning", "TradeOff", "df_margin", "retune", "sensitivity"]
+__all__ = ["Retuning", "TradeOff", "describing_function_margin", "maximum_sensitivity", "retune"]
 
-GAINS = (0.1, 0.15, 0.25, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0)
-"""Factors on Kc that are tried."""
-TIMES = (0.5, 0.7, 1.0, 1.5, 2.5, 4.0, 8.0)
-"""Factors on Ti that are tried."""
-CYCLES, LOADS = 20.0, (0.23, -0.41, 0.08)
-"""Present periods over which the cycle left is judged, after as many to settle, and the constant loads over S [-]."""
-GONE = 0.02
-"""Share of the present PV deviation below which no cycle is left [-]."""
+KC_FACTORS = (0.1, 0.15, 0.25, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0)
+"""Factors on Kc that are tried [-]."""
+TI_FACTORS = (0.5, 0.7, 1.0, 1.5, 2.5, 4.0, 8.0)
+"""Factors on Ti that are tried [-]."""
+MEASURED_PERIODS, LOADS_OVER_S = 20.0, (0.23, -0.41, 0.08)
+"""Present periods in which the remaining cycle is measured, after as many for settling, and constant loads / S [-]."""
+MAX_REMAINING_SHARE = 0.02
+"""Share of the present PV deviation up to which the cycle counts as gone [-]."""
 
 
 @dataclass(frozen=True)
 class TradeOff:
-    """One setting of the controller and what it gives and takes."""
+    """One setting of the controller, with the remaining cycle and the control performance."""
 
     Kc: float
     """Proportional gain [% of span per PV unit]."""
     Ti: float
     """Integral time [s]."""
     pv_std: float
-    """Standard deviation of the PV in the cycle that is left, without noise [PV units]."""
+    """Standard deviation of the PV in the remaining cycle, without noise [PV units]."""
     travel: float
     """Stem travel in that cycle [% of span per h]."""
     load_iae: float
-    """IAE of a step of load with a good valve over that of the present setting [-]."""
+    """IAE of a load step with a good valve, relative to the present setting [-]."""
     Ms: float
     """Maximum sensitivity with a good valve [-]."""
     allowed: bool
-    """Whether it is within the limits."""
+    """Whether both limits are met."""
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready form."""
@@ -77,25 +77,25 @@ class TradeOff:
 
 @dataclass(frozen=True)
 class Retuning:
-    """The mildest setting within the limits, and all that were tried."""
+    """The setting with the smallest cycle within the limits, and all settings that were tried."""
 
     controller: PID
-    """The setting; the present one where none is better."""
+    """The setting; the present one when none is better."""
     cycle_left: bool
-    """Whether a limit cycle is left."""
+    """Whether a limit cycle remains."""
     margin: float
-    """Smallest |1 + N L| over amplitudes and frequencies [-]; 0 where the describing function predicts a cycle."""
+    """Smallest |1 + N L| over amplitudes and frequencies [-]; 0 when the describing function predicts a cycle."""
     predicted: int
-    """Stable cycles that the describing function predicts with it [-]."""
+    """Number of stable cycles that the describing function predicts with this setting [-]."""
     improvement: float
-    """Share by which the PV deviation of the cycle falls, without noise [-]."""
+    """Share by which it lowers the PV deviation of the cycle, without noise [-]."""
     curve: tuple[TradeOff, ...] = field(repr=False, default=())
-    """All settings tried, the mildest cycle first."""
+    """All settings that were tried, the smallest cycle first."""
     reason: str = ""
-    """What was found, in a sentence."""
+    """The result as a sentence."""
 
     def summary(self) -> str:
-        """The finding in a sentence."""
+        """Return the result as a sentence."""
         return self.reason
 
     def to_dict(self) -> dict[str, Any]:
@@ -108,29 +108,28 @@ class Retuning:
 
 
 def retune(loop: Loop, period: float, *, load_limit: float = 2.0, Ms_limit: float = 2.0) -> Retuning:
-    """Find the PI or PID setting with the mildest limit cycle within limits on control.
+    """Find the PI or PID setting with the smallest limit cycle within limits on control performance.
 
     Parameters
     ----------
     loop : Loop
-        The loop as it is, its valve sticky.
+        The loop with its sticky valve.
     period : float
-        Period of its cycle, or another time scale to simulate over [s].
+        Period of its limit cycle, or another time scale of the loop [s].
     load_limit : float
-        Largest IAE of a load step with a good valve over the present one's [-].
+        Largest IAE of a load step with a good valve, relative to the present setting [-].
     Ms_limit : float
-        Largest maximum sensitivity [-]; a loop that exceeds it already may keep its own.
+        Largest maximum sensitivity [-]; if the present one is larger, it is the limit.
 
     Returns
     -------
     Retuning
-        The setting, whether a cycle is left, and the trade-off as data.
+        The setting, whether a cycle remains, and the trade-off of all settings.
 
     Raises
     ------
     ParameterError
-        When `period` or a limit is not positive, 40 periods are more samples than can be made, or the valve has no
-        S and J.
+        When `period` or a limit is not positive, 40 periods are too many samples, or the valve has no S and J.
 
     Examples
     --------
@@ -142,60 +141,65 @@ def retune(loop: Loop, period: float, *, load_limit: float = 2.0, Ms_limit: floa
     """
     require_loop(loop)
     period = require_positive("period", period, "s")
-    require_samples(f"{2.0 * CYCLES:.0f} periods", 2.0 * CYCLES * period, loop.dt)
+    require_samples(f"{2.0 * MEASURED_PERIODS:.0f} periods", 2.0 * MEASURED_PERIODS * period, loop.dt)
     load_limit, Ms_limit = require_positive("load_limit", load_limit), require_positive("Ms_limit", Ms_limit)
-    quiet = exchange(loop, noise=0.0, compensator=None)
+    quiet = replace_parts(loop, noise=0.0, compensator=None)
     now = loop.controller
-    base_iae, base_Ms = _load_iae(quiet, now, period), sensitivity(quiet, now)
-    pv_now, _ = _cycle(quiet, now, period)
+    base_iae, base_Ms = _load_iae(quiet, now, period), maximum_sensitivity(quiet, now)
+    pv_now, _ = _simulate_cycle(quiet, now, period)
     curve = []
-    for gain, time in product(GAINS, TIMES):
+    for gain, time in product(KC_FACTORS, TI_FACTORS):
         pid = replace(now, Kc=now.Kc * gain, Ti=now.Ti * time)
-        Ms = sensitivity(quiet, pid)
+        Ms = maximum_sensitivity(quiet, pid)
         iae = _load_iae(quiet, pid, period) / base_iae if Ms < 10.0 else float("inf")
         allowed = bool(Ms <= max(Ms_limit, base_Ms) and iae <= load_limit)
         if not allowed and Ms > 3.0 * Ms_limit:
             continue
-        pv_std, travel = _cycle(quiet, pid, period)
+        pv_std, travel = _simulate_cycle(quiet, pid, period)
         curve.append(TradeOff(pid.Kc, pid.Ti, pv_std, travel, iae, Ms, allowed))
     curve.sort(key=lambda one: one.pv_std)
     fine = [one for one in curve if one.allowed]
     mild = fine[0].pv_std if fine else pv_now
-    # Among settings that are about as mild, the one that controls best.
+    # Among settings with about the same cycle, the one with the best control.
     best = min(
-        (one for one in fine if one.pv_std <= 1.05 * mild + GONE * pv_now), key=lambda one: one.load_iae, default=None
+        (one for one in fine if one.pv_std <= 1.05 * mild + MAX_REMAINING_SHARE * pv_now),
+        key=lambda one: one.load_iae,
+        default=None,
     )
     pid = now if best is None else replace(now, Kc=best.Kc, Ti=best.Ti)
     left = pv_now if best is None else best.pv_std
-    scale = max(pv_now, _jump(loop))
-    better = 1.0 - left / pv_now if pv_now > GONE * scale else 0.0
-    with_it = exchange(quiet, controller=pid)
+    scale = max(pv_now, _slip_deviation(loop))
+    better = 1.0 - left / pv_now if pv_now > MAX_REMAINING_SHARE * scale else 0.0
+    with_it = replace_parts(quiet, controller=pid)
     stable = sum(1 for c in predict_limit_cycles(with_it, exact=False) if c.kind == "cycle" and c.stable is not False)
     setting = f"Kc = {pid.Kc:.3g} and Ti = {pid.Ti:.3g} s"
-    gone = left <= GONE * scale and stable == 0
+    gone = left <= MAX_REMAINING_SHARE * scale and stable == 0
     if gone:
-        reason = f"With {setting} no limit cycle is left, neither predicted nor simulated."
-    elif left <= GONE * scale:
-        reason = f"With {setting} none shows within {2.0 * CYCLES:.0f} periods, but a slow one is predicted."
+        reason = f"With {setting} there is no limit cycle, neither predicted nor simulated."
+    elif left <= MAX_REMAINING_SHARE * scale:
+        reason = (
+            f"With {setting} no limit cycle appears within {2.0 * MEASURED_PERIODS:.0f} present periods, but a slow "
+            "one is predicted."
+        )
     elif best is None or better <= 0.0:
-        reason = "A limit cycle is left with every setting within the limits; none is milder than the present one."
+        reason = "A limit cycle remains with every setting within the limits; none has a smaller one than the present."
     else:
         reason = (
-            f"A limit cycle is left with every setting within the limits; the mildest, {setting}, lowers the PV's "
-            f"deviation by {100.0 * better:.0f} % in a cycle without noise and disturbances."
+            f"A limit cycle remains with every setting within the limits; the best, {setting}, lowers the PV deviation "
+            f"by {100.0 * better:.0f} %, without noise and disturbances."
         )
-    return Retuning(pid, not gone, df_margin(with_it), stable, better, tuple(curve), reason)
+    return Retuning(pid, not gone, describing_function_margin(with_it), stable, better, tuple(curve), reason)
 
 
-def sensitivity(loop: Loop, controller: PID | None = None) -> float:
-    """Maximum sensitivity Ms of the loop with a good valve [-]; infinite where that loop is unstable.
+def maximum_sensitivity(loop: Loop, controller: PID | None = None) -> float:
+    """Return the maximum sensitivity Ms of the loop with a good valve [-]; infinite when that loop is unstable.
 
     Parameters
     ----------
     loop : Loop
-        The loop; half a sample is added to the dead time for the hold.
+        The loop; half a sample is added to the dead time for the zero-order hold.
     controller : PID, optional
-        Another controller than the loop's.
+        Controller to use instead of the loop's.
 
     Returns
     -------
@@ -210,8 +214,8 @@ def sensitivity(loop: Loop, controller: PID | None = None) -> float:
     return float(1.0 / np.abs(1.0 + L).min())
 
 
-def df_margin(loop: Loop) -> float:
-    """Smallest |1 + N(A) L(j omega)| over amplitudes and frequencies [-]: how far the loop is from a predicted cycle.
+def describing_function_margin(loop: Loop) -> float:
+    """Return the smallest |1 + N(A) L(j omega)| over amplitudes and frequencies, the distance from a limit cycle [-].
 
     Parameters
     ----------
@@ -224,9 +228,9 @@ def df_margin(loop: Loop) -> float:
         The margin [-].
     """
     if is_frictionless(loop.valve):
-        return 1.0 / sensitivity(loop)
+        return 1.0 / maximum_sensitivity(loop)
     omega, L = _open_loop(loop, loop.controller)
-    sizes = _band(loop.valve) * np.geomspace(0.505, 50.0, 120)
+    sizes = _valve_band(loop.valve) * np.geomspace(0.505, 50.0, 120)
     N = describing_function(loop.valve, sizes[:, np.newaxis], omega if is_rate_dependent(loop.valve) else None)
     return float(np.abs(1.0 + N * L[np.newaxis, :]).min())
 
@@ -240,20 +244,20 @@ def _open_loop(loop: Loop, pid: PID) -> tuple[NDArray[np.float64], NDArray[np.co
 
 def _load_iae(loop: Loop, pid: PID, period: float) -> float:
     n = max(round(10.0 * period / loop.dt), 200)
-    run = simulate(exchange(loop, controller=_free(pid), valve=Ideal()), 0.0, n * loop.dt, np.ones(n))
+    run = simulate(replace_parts(loop, controller=_without_limits(pid), valve=Ideal()), 0.0, n * loop.dt, np.ones(n))
     assert run.pv is not None
     return float(np.abs(run.pv).mean())
 
 
-def _cycle(loop: Loop, pid: PID, period: float) -> tuple[float, float]:
-    """PV deviation [PV units] and stem travel [% of span per h] once the loop has settled after a pulse of load.
+def _simulate_cycle(loop: Loop, pid: PID, period: float) -> tuple[float, float]:
+    """Return PV deviation [PV units] and stem travel [% of span per h] after the loop has settled from a load pulse.
 
-    Means over constant loads: where the load puts the stem's place decides between a cycle and a lucky rest.
+    Both are means over constant loads, because the load decides whether the stem can come to rest.
     """
-    n = max(round(2.0 * CYCLES * period / loop.dt), 400)
-    S, late, tuned = _band(loop.valve), slice(n // 2, n), exchange(loop, controller=_free(pid))
+    n = max(round(2.0 * MEASURED_PERIODS * period / loop.dt), 400)
+    S, late, tuned = _valve_band(loop.valve), slice(n // 2, n), replace_parts(loop, controller=_without_limits(pid))
     rows = []
-    for share in LOADS:
+    for share in LOADS_OVER_S:
         load = np.full(n, share * S)
         load[: max(round(period / 3.0 / loop.dt), 3)] += 0.7 * S
         run = simulate(tuned, 0.0, n * loop.dt, load)
@@ -264,24 +268,24 @@ def _cycle(loop: Loop, pid: PID, period: float) -> tuple[float, float]:
     return float(pv_std), float(travel) * 3600.0 / ((n - n // 2) * loop.dt)
 
 
-def _free(pid: PID) -> PID:
+def _without_limits(pid: PID) -> PID:
     return replace(pid, op_limits=(-np.inf, np.inf))
 
 
-def _jump(loop: Loop) -> float:
-    """PV deviation that a slip of S through the process's steady gain would make [PV units]; 0 where it integrates."""
+def _slip_deviation(loop: Loop) -> float:
+    """Return the PV change for a slip of S at the steady process gain [PV units]; 0 for an integrating process."""
     slow = abs(complex(loop.process.at(np.array([1e-9j / loop.dt]))[0]))
-    return slow * _band(loop.valve) if slow < 1e6 else 0.0
+    return slow * _valve_band(loop.valve) if slow < 1e6 else 0.0
 
 
-def _band(valve: Valve) -> float:
-    """S of the valve [% of span], J where S is 0; 1 of one that does not stick."""
+def _valve_band(valve: Valve) -> float:
+    """Return S of the valve [% of span], or J when S is 0; 1 for a valve that does not stick."""
     if is_frictionless(valve):
         return 1.0
     found = stiction_of(valve)
     if found is None:
         raise ParameterError(
-            f"{type(valve).__name__} has no S and J, by which settings are judged; give a valve that has, such as "
+            f"The valve {type(valve).__name__} has no S and J, and retuning needs them; give another valve, such as "
             "Kano(S, J)."
         )
     return found[0] or found[1]

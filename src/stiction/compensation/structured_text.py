@@ -1,8 +1,9 @@
-"""A compensator as structured text of IEC 61131-3: one function block with settings, limits and an off switch.
+"""Write a compensator as IEC 61131-3 structured text: one function block with settings, limits and an ENABLE input.
 
-The rules stand in ``iec/*.st``, one page for each compensator, in the words of its Python page. The text uses what the
-second and the third edition of the standard share: LREAL, DINT, INT and BOOL without implicit conversion, comments in
-``(* *)``, no vendor's extension. Times are counted in scans, as the Python step counts samples.
+The templates are in ``iec/*.st``, one for each compensator, with the names of its Python page. The text uses only
+what the second and third edition of the standard have in common: LREAL, DINT, INT and BOOL without implicit
+conversion, comments in ``(* *)``, no vendor extensions. Times are counted in scans, as the Python step counts
+samples.
 """
 
 from __future__ import annotations
@@ -13,8 +14,8 @@ import sys
 from datetime import date as Date
 from typing import TYPE_CHECKING, Any
 
-from stiction.compensation.iec_text import block_name, comment, pages
-from stiction.compensation.predicted import predicted
+from stiction.compensation.iec_format import block_name, comment_lines, templates
+from stiction.compensation.prediction_text import prediction_text
 from stiction.errors import ParameterError, require_not_negative, require_positive, require_range
 
 if TYPE_CHECKING:
@@ -25,18 +26,18 @@ if TYPE_CHECKING:
 
 __all__ = ["recommended_text", "structured_text"]
 
-SETUP = (
-    "Scan time: call the block once in every scan, after the controller; give the scan time as above.",
-    "Off: with ENABLE FALSE, move OP in manual; VALVE_SIGNAL equals OP.",
-    "Limits: OP_LOW and OP_HIGH are what the valve may see.",
+SETUP_LINES = (
+    "Scan time: call the block once in every scan, after the controller; the scan time must be the one above.",
+    "Off: with ENABLE FALSE, move OP in manual; VALVE_SIGNAL must equal OP.",
+    "Limits: OP_LOW and OP_HIGH are the limits of the signal to the valve.",
 )
-WIRES = {
-    "HOLD_INTEGRAL": "Wiring: force HOLD_INTEGRAL; the controller's integral stands still, its output does not jump.",
-    "TRACK": "Wiring: force TRACK; the controller tracks VALVE_SIGNAL as in manual and takes over without a bump.",
+WIRING_LINES = {
+    "HOLD_INTEGRAL": "Wiring: force HOLD_INTEGRAL; the controller must hold its integral and not jump.",
+    "TRACK": "Wiring: force TRACK; the controller must track VALVE_SIGNAL as in manual, and take over without a bump.",
 }
-TRIAL = (
-    "ENABLE only in automatic and with a good PV, first with an operator at hand; watch PV and stem for 20 periods.",
-    "Switch off where PV or stem travel is worse than predicted, and for good when the valve is repaired.",
+START_LINES = (
+    "ENABLE only in automatic and with a good PV, at first with an operator present; watch PV and stem for 20 periods.",
+    "Switch off if PV or stem travel is worse than predicted. Remove the block when the valve is repaired.",
 )
 
 
@@ -64,11 +65,11 @@ def structured_text(
     tag : str
         Name of the loop; the block is named after it.
     S, J : float, optional
-        Stiction that the settings were made for, for the header [% of span].
+        Stiction for which the settings were made, for the header [% of span].
     date : datetime.date, optional
         Date for the header; today by default.
     notes : sequence of str, optional
-        Further lines of the header, such as what a trial predicts.
+        Further lines of the header, such as the prediction of a trial.
 
     Returns
     -------
@@ -78,18 +79,17 @@ def structured_text(
     Raises
     ------
     ParameterError
-        When `dt` is not positive, `S` or `J` is negative or not finite, the limits have no room,
-        or the compensator has no page in structured text.
+        When `dt` is not positive, `S` or `J` is negative or not finite, the limits are empty or not finite,
+        or the compensator has no template.
 
-    Notes
-    -----
-    With ENABLE FALSE, and in the first scan, OP passes and the block forgets; so switching on starts like the simulated
-    compensator at rest. Switching off takes a pulse away at once, no further than its height; the moves open the loop,
-    and the controller, which tracks VALVE_SIGNAL meanwhile, takes over where it is.
+    Notes ----- With ENABLE FALSE, and in the first scan, VALVE_SIGNAL equals OP and the block resets its state; so it
+    starts like the simulated compensator at rest. Switching off ends a pulse at once, so the signal changes by at most
+    its height. The move compensators open the loop; the controller tracks VALVE_SIGNAL meanwhile and takes over without
+    a bump.
 
     References
     ----------
-    iec61131_3: syntax and order of evaluation, after; the standard was not at hand.
+    iec61131_3: syntax and order of evaluation, recalled; the standard was not read.
 
     Examples
     --------
@@ -101,32 +101,32 @@ def structured_text(
     dt = require_positive("dt", dt, "s")
     low, high = _limits(op_limits)
     page = type(compensator).__module__.rpartition(".")[2]
-    if f"{page}.st" not in pages().list_templates():
+    if f"{page}.st" not in templates().list_templates():
         raise ParameterError(
-            f"compensator {type(compensator).__name__} has no page in structured text; give one of stiction's own."
+            f"The compensator {type(compensator).__name__} has no structured text; give one that stiction contains."
         )
-    template = pages().get_template(f"{page}.st")
+    template = templates().get_template(f"{page}.st")
     given = {**_settings(compensator, page, dt), "op_low": low, "op_high": high, "name": block_name(tag, page)}
     declared = template.render(header=(), **given)
-    wires = [line for output, line in WIRES.items() if f"{output} : BOOL" in declared]
+    wires = [line for output, line in WIRING_LINES.items() if f"{output} : BOOL" in declared]
     sized = [
         f"{name} = {require_not_negative(name, value, '% of span'):.2f} % of span"
         for name, value in (("S", S), ("J", J))
         if value is not None
     ]
     header = [
-        f"{type(compensator).__name__} for the sticking valve of loop {tag}.",
-        f"Made for {', '.join(sized) if sized else 'stiction not told here'}, scan time {dt:g} s.",
+        f"{type(compensator).__name__} for the sticky valve of loop {tag}.",
+        f"Made for {', '.join(sized) if sized else 'an S and J that were not given'}, scan time {dt:g} s.",
         f"Written {(date or Date.today()).isoformat()} by stiction {_version()}.",
         "",
         "Before ENABLE:",
-        *(f"{i}. {line}" for i, line in enumerate((*SETUP, *wires, *TRIAL), 1)),
+        *(f"{i}. {line}" for i, line in enumerate((*SETUP_LINES, *wires, *START_LINES), 1)),
         "",
-        "Checked: the rules of this text, run on 1 000 random signals in the tests of stiction, gave in each scan what "
-        "the simulated compensator gives. Not checked: compiler, scan time and wiring of this plant.",
+        "Checked in the tests of stiction: on 1 000 random signals, this text gives the same output in each scan as "
+        "the simulated compensator. Not checked: compiler, scan time and wiring of this plant.",
         *(["", *notes] if notes else []),
     ]
-    return template.render(header=[line for told in header for line in comment(told)], **given) + "\n"
+    return template.render(header=[line for text in header for line in comment_lines(text)], **given) + "\n"
 
 
 def recommended_text(
@@ -136,12 +136,12 @@ def recommended_text(
     dt: float | None = None,
     date: Date | None = None,
 ) -> str:
-    """Write the compensator that a trial recommends, with what the trial predicts in the header.
+    """Write the compensator that a trial recommends, with the prediction in the header.
 
     Parameters
     ----------
     trial : CompensationTrial
-        What `compensate` found.
+        The result of `compensate`.
     op_limits : tuple of float
         Lowest and highest signal to the valve [% of span].
     dt : float, optional
@@ -169,13 +169,13 @@ def recommended_text(
     compensator = trial[trial.recommended].remedy.compensator if trial.recommended else None
     if compensator is None or trial.twin is None:
         raise ParameterError(
-            f"{trial.tag}: the trial recommends {trial.recommended or 'nothing'}, which is no compensator; "
-            f"there is no structured text to write. {trial.reason}"
+            f"{trial.tag}: there is no structured text to write, because the recommendation is "
+            f"'{trial.recommended or 'none'}' and not a compensator. {trial.reason}"
         )
     tried = trial.twin.loop.dt
-    notes = [f"Predicted on the loop's twin: {predicted(trial)}."]
+    notes = [f"Predicted on the loop's twin: {prediction_text(trial)}."]
     if dt is not None and abs(dt - tried) > 1e-9 * tried:
-        notes.append(f"The trial sampled every {tried:g} s, not every {dt:g} s: the prediction may not hold.")
+        notes.append(f"The trial used a scan time of {tried:g} s instead of {dt:g} s: the prediction may be wrong.")
     return structured_text(
         compensator, dt or tried, op_limits, tag=trial.tag, S=trial.S, J=trial.J, date=date, notes=notes
     )
@@ -189,7 +189,7 @@ def _limits(op_limits: tuple[float, float]) -> tuple[float, float]:
 
 
 def _settings(compensator: Compensator, page: str, dt: float) -> dict[str, Any]:
-    """Settings by the names that the compensator's step gives them."""
+    """Return the settings by their names in the compensator's step function."""
     step = getattr(sys.modules[type(compensator).__module__], f"{page}_step")
     values = compensator.parameters(dt)
     names = list(inspect.signature(step).parameters)[-len(values) :]

@@ -1,7 +1,8 @@
-"""Parts of the valve that the shop looks at: parts that stick or have play, what points to each, how to check.
+"""Parts of the valve for the shop to check: parts that stick or have play, the symptoms of each, and how to check it.
 
-Field practice, not a published table. The record shows only whether the stem jumps: J / S above `MAX_PLAY_RATIO` means
-friction, below it play. The order of the list follows J / S where its interval decides.
+This is field practice, not a published table. The record shows only whether the stem jumps: J / S above
+`MAX_PLAY_RATIO` means friction, below it play. The order of the list follows J / S if its interval lies on one side
+of that value.
 """
 
 from __future__ import annotations
@@ -19,87 +20,90 @@ __all__ = ["SuspectPart", "rank_suspects"]
 
 @dataclass(frozen=True, slots=True)
 class SuspectPart:
-    """One part of the valve, and what would show it guilty."""
+    """One part of the valve, its symptom and its check."""
 
     part: str
     """The part."""
     sign: str
-    """The observation that points to it."""
+    """Observation that points to it."""
     check: str
-    """How to look."""
+    """How to check it."""
 
 
-FRICTION = (
+FRICTION_PARTS = (
     SuspectPart(
         "Packing (too tight, dried out, wrong kind)",
-        "The stem jumps after every reversal, about alike at all positions and in both directions; worse since the "
-        "gland was last tightened or repacked.",
+        "The stem jumps after every reversal, by about the same amount at all positions and in both directions; worse "
+        "since the gland was last tightened or repacked.",
         "Gland torque against the maker's figure; friction from actuator pressure opening and closing at the same "
         "travel: (P_opening - P_closing) x area / 2.",
     ),
     SuspectPart(
         "Seat, plug, cage or ball seal (galling, deposits, swollen seal)",
-        "Sticks at some positions only, most near the seat, or only with the line at temperature or pressure.",
+        "The stem sticks only at some positions, most near the seat, or only with the line at temperature or pressure.",
         "Repeat the ramp test at three positions; compare cold and in service; open the body.",
     ),
 )
-ACTUATOR = (
+ACTUATOR_PARTS = (
     SuspectPart(
         "Actuator (undersized, low supply, leaking diaphragm or piston seal, broken spring)",
-        "Actuator pressure runs to the supply or to zero before the stem moves; slow one way; worse at high pressure "
-        "drop.",
+        "The actuator pressure reaches the supply pressure or zero before the stem moves; slow in one direction; worse "
+        "at a high pressure drop.",
         "Supply pressure while stroking; bench set; leak test; sizing against packing and seat friction.",
     ),
 )
-POSITIONER = (
+POSITIONER_PARTS = (
     SuspectPart(
         "Positioner or I/P (sticking pilot, low gain, slipped feedback arm, dirty or wet air)",
-        "OP changes and the actuator pressure does not; or the stem hunts with the OP held in manual.",
+        "OP changes and the actuator pressure does not; or the stem oscillates with a constant OP in manual.",
         "Record positioner output and stem in the step test; feedback arm, air filter, calibration.",
     ),
 )
 PLAY_PARTS = (
     SuspectPart(
         "Linkage (stem clamp, coupling, key, lever or pin worn)",
-        "The actuator moves and the stem or shaft does not; play in the hand on reversal; lost motion without a jump.",
+        "The actuator moves and the stem or shaft does not; play is felt at a reversal; lost motion without a jump.",
         "Dial gauge on both sides of each joint while the OP reverses.",
     ),
 )
 
 
 def rank_suspects(found: Identification | None, unit: str = "%") -> tuple[tuple[SuspectPart, ...], str]:
-    """List the parts to look at, likeliest first, and say what the order rests on.
+    """List the parts to check, the most likely first, and give the reason for the order.
 
     Parameters
     ----------
     found : Identification or None
-        The valve found; without one the order is that of the field.
+        The identified valve; None gives the customary order.
     unit : str
-        Unit of J, as it stands behind a number.
+        Unit of J, as written after a number.
 
     Returns
     -------
     tuple of SuspectPart
         The parts.
     str
-        Why in this order, in a sentence.
+        The reason for the order, as a sentence.
 
     Examples
     --------
     >>> parts, why = rank_suspects(None)
     >>> parts[0].part, why
-    ('Packing (too tight, dried out, wrong kind)', 'The record does not tell friction from play.')
+    ('Packing (too tight, dried out, wrong kind)', 'The record does not show whether it is friction or play.')
     """
-    rubs_first = FRICTION + POSITIONER + ACTUATOR + PLAY_PARTS
+    friction_first = FRICTION_PARTS + POSITIONER_PARTS + ACTUATOR_PARTS + PLAY_PARTS
     if found is None or not found.S > 0.0:
-        return rubs_first, "The record does not tell friction from play."
+        return friction_first, "The record does not show whether it is friction or play."
     if found.J_low > MAX_PLAY_RATIO * found.S:
-        return rubs_first, f"The stem jumps (J is {found.J_low:.2g} {unit} or more): look for friction before play."
+        return (
+            friction_first,
+            f"The stem jumps (J is {found.J_low:.2g} {unit} or more): check for friction before play.",
+        )
     if found.J_high < MAX_PLAY_RATIO * found.S:
         return (
-            PLAY_PARTS + POSITIONER + FRICTION + ACTUATOR,
-            f"The stem hardly jumps (J is at most {found.J_high:.2g} {unit}): look for play before friction.",
+            PLAY_PARTS + POSITIONER_PARTS + FRICTION_PARTS + ACTUATOR_PARTS,
+            f"The stem hardly jumps (J is at most {found.J_high:.2g} {unit}): check for play before friction.",
         )
-    return rubs_first, (
-        f"J may be anything from {found.J_low:.2g} to {found.J_high:.2g} {unit}: no telling friction from play."
+    return friction_first, (
+        f"J is between {found.J_low:.2g} and {found.J_high:.2g} {unit}: it can be friction or play."
     )

@@ -1,10 +1,10 @@
-"""The loop's twin: a simulated loop that cycles as the record does.
+"""The loop's twin: a simulated copy of the loop that oscillates like its record.
 
-Valve and process are those of the identification, fitted again by simulation from the recorded OP (`refine_model`).
-The controller is given, or fitted to OP and error. Noise and a random load are the difference of recorded and simulated
-PV, its white part and the rest. The twin is then simulated in closed loop with the recorded set point and compared with
-the record: period, amplitude of OP, amplitude of PV. Remedies are tried only on a twin that oscillates as the loop
-does; where it does not, `match` searches the uncertainty for one that does.
+Valve and process are identified, then fitted again by simulation from the recorded OP (`refine_model`). The
+controller is given, or fitted to OP and control error. Noise and disturbances are the difference between recorded and
+simulated PV. The twin is then simulated in closed loop with the recorded set point and compared with the record:
+period, OP amplitude and PV amplitude. Remedies are tried only on a twin that oscillates like the loop; if it does
+not, `adjust_twin` searches for one that does, within the uncertainty of the identification.
 """
 
 from __future__ import annotations
@@ -14,12 +14,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stiction.compensation.adjust_twin import adjust_twin
 from stiction.compensation.controller_from_record import controller_from_record
-from stiction.compensation.cycle import Cycle, cycle_in, cycle_of, distance, own_period, pace
-from stiction.compensation.match import bring_nearer
+from stiction.compensation.cycle_measurement import (
+    Cycle,
+    crossing_period,
+    cycle_distance,
+    measure_cycle,
+    simulate_cycle,
+    undisturbed_period,
+)
+from stiction.compensation.external_inputs import ExternalInputs
 from stiction.compensation.refine_model import refine_model
 from stiction.compensation.repair import stiction_of
-from stiction.compensation.surroundings import Surroundings
 from stiction.display.duration_format import format_seconds
 from stiction.errors import RecordError
 from stiction.models import Kano, Loop, TransferFunction
@@ -36,60 +43,64 @@ if TYPE_CHECKING:
 
 __all__ = ["Twin", "analysed_segment", "build_twin", "twin_of_loop"]
 
-PERIOD_LIMIT, AMPLITUDE_LIMIT, MOST_SPREAD = 0.15, 0.25, 0.15
-"""Largest relative error of period and amplitudes of a twin that fits, and how much the spread from run to run may
-widen them [-]."""
-STEADIER = 0.1
-"""Share of its periods by which a twin may rest more than the record before it is said [-]."""
-MOST_LEFT = 0.4
-"""Share of the PV's movement, about its average over a period, that valve and process may leave unexplained [-]."""
-SHORTEST = 8.0
-"""Samples to a period below which an oscillation is no time scale of the valve's [-]."""
-FINER = 5
-"""Samples of the twin to one of a record that does not show the controller's own [-]."""
+MAX_PERIOD_ERROR, MAX_AMPLITUDE_ERROR, MAX_SPREAD = 0.15, 0.25, 0.15
+"""Largest relative errors of period and amplitudes, and how much the spread between runs may raise them [-]."""
+MAX_RESTING_EXCESS = 0.1
+"""Share of the periods by which a twin may rest more than the record without a remark [-]."""
+MAX_UNEXPLAINED_SHARE = 0.4
+"""Largest share of the PV movement, minus its moving average over one period, that may be unexplained [-]."""
+MIN_SAMPLES_PER_PERIOD = 8.0
+"""Smallest number of samples in a period for its use as a time scale [-]."""
+TWIN_SAMPLES_PER_SAMPLE = 5
+"""Samples of the twin for each sample of a record that is slower than the controller [-]."""
 
 
 @dataclass(frozen=True)
 class Twin:
-    """A simulated loop that stands for a real one."""
+    """A simulated copy of a loop."""
 
     loop: Loop
     """Controller, valve, process and noise."""
     sp: float
-    """Set point about which remedies are tried [PV units]."""
+    """Mean set point of the runs [PV units]."""
     op: float
-    """OP about which the loop works [% of span]."""
+    """Mean OP of the runs [% of span]."""
     measured: Cycle
-    """How the record oscillates."""
+    """Oscillation of the record."""
     simulated: Cycle
-    """How the twin does."""
+    """Oscillation of the twin."""
     score: float
-    """1 minus the root mean square of the relative errors of period and amplitudes [-]; 1 is the same cycle."""
+    """1 minus the root mean square of the log ratios of period and amplitudes [-]; 1 is the same oscillation."""
     fits: bool
-    """Whether the twin may advise."""
+    """Whether the twin oscillates like the record, so that remedies can be tried on it."""
     reason: str
-    """Why it may, or may not."""
+    """Why it fits, or why not."""
     unexplained: float = 0.0
-    """Share of the PV's movement about its average over a period that valve and process leave [-]."""
+    """Share of the PV movement, minus its moving average over one period, that valve and process do not explain [-]."""
     changes: tuple[str, ...] = ()
-    """What was changed of the point identified, and by how much."""
-    around: Surroundings | None = field(default=None, repr=False, compare=False)
-    """What moves the loop from outside; None for its own noise alone."""
+    """Changes of the identified values, and by how much."""
+    inputs: ExternalInputs | None = field(default=None, repr=False, compare=False)
+    """External inputs; None for the loop's own noise only."""
     overlay: dict[str, NDArray[np.float64]] = field(default_factory=dict, repr=False, compare=False)
-    """Three periods aligned in phase: time [s], op, op_twin, pv, pv_twin, shape (n_samples,) each."""
+    """Three periods of record and twin in phase: time [s], op, op_twin, pv, pv_twin, shape (n_samples,) each."""
 
     @property
     def dt(self) -> float:
         """Sampling period of the record [s]; the twin's own may be finer."""
-        return self.loop.dt if self.around is None else self.around.dt
+        return self.loop.dt if self.inputs is None else self.inputs.dt
 
     def summary(self) -> str:
-        """The comparison in a sentence or two."""
+        """Return the reason and the comparison with the record as text."""
+        return f"{self.reason} {self.comparison}"
+
+    @property
+    def comparison(self) -> str:
+        """Oscillation of the record and of the twin as a sentence."""
         a, b = self.measured, self.simulated
         return (
-            f"{self.reason} Record: period {format_seconds(a.period)}, OP amplitude {a.amplitude_op:.3g} %, PV "
-            "amplitude "
-            f"{a.amplitude_pv:.3g}; twin: {format_seconds(b.period)}, {b.amplitude_op:.3g} %, {b.amplitude_pv:.3g}."
+            f"Record: period {format_seconds(a.period)}, OP amplitude {a.amplitude_op:.3g} %, "
+            f"PV amplitude {a.amplitude_pv:.3g}; "
+            f"twin: {format_seconds(b.period)}, {b.amplitude_op:.3g} %, {b.amplitude_pv:.3g}."
         )
 
     def to_dict(self) -> dict[str, Any]:
@@ -121,7 +132,7 @@ class Twin:
 
 
 def twin_of_loop(loop: Loop, *, sp: float = 50.0, op: float = 50.0) -> Twin:
-    """Take given parameters as they are: the loop is its own twin.
+    """Return a given loop as a twin.
 
     Parameters
     ----------
@@ -133,10 +144,10 @@ def twin_of_loop(loop: Loop, *, sp: float = 50.0, op: float = 50.0) -> Twin:
     Returns
     -------
     Twin
-        The loop with the cycle it falls into.
+        The loop with its limit cycle.
     """
-    cycle, _, _ = cycle_of(loop, sp, op, own_period(loop, sp, op))
-    reason = "Parameters were given, so that there is no record to compare with."
+    cycle, _, _ = simulate_cycle(loop, sp, op, undisturbed_period(loop, sp, op))
+    reason = "The loop was given, so there is no record to compare it with."
     return Twin(loop, sp, op, cycle, cycle, 1.0, True, reason)
 
 
@@ -146,69 +157,70 @@ def build_twin(diagnosis: Diagnosis, controller: PID | None = None) -> Twin:
     Parameters
     ----------
     diagnosis : Diagnosis
-        A diagnosis with an identified valve and process, and a period.
+        A diagnosis with an identified valve and process.
     controller : PID, optional
-        The loop's controller; by default a PI is found from OP and error.
+        The loop's controller; by default it is identified from OP and control error.
 
     Returns
     -------
     Twin
-        `fits` says whether it may advise, `reason` why.
+        `fits` says whether it oscillates like the record, `reason` why.
 
     Raises
     ------
     RecordError
-        When nothing was identified, the loop has no period, no controller is found, or the valve found does not move.
+        When valve, process or controller was not identified, OP does not oscillate, or the identified valve does not
+        move.
     """
     found, tag = diagnosis.identification, diagnosis.record.tag
     if found is None:
-        raise RecordError(f"{tag}: no valve and process were identified; there is nothing to build a twin on.")
+        raise RecordError("valve and process were not identified, so there is no twin of the loop.", where=tag)
     record = analysed_segment(diagnosis)
     assert record.pv is not None
-    scale = _scale(record, diagnosis)
-    pid, finer = (controller, 1) if controller is not None else _controller(record)
+    scale = _time_scale(record, diagnosis)
+    pid, finer = (controller, 1) if controller is not None else _find_controller(record)
     better = refine_model(record, found, scale, cycles=diagnosis.oscillation.oscillating)
     pv = forward_fill(record.pv, fill_start=True)
     sp = pv if record.sp is None else forward_fill(record.sp, fill_start=True)
     level, op = float(np.mean(sp)), float(np.mean(better.mv))
     moves = np.zeros(1) if record.sp is None else sp - level
     loop = Loop(pid, Kano(better.S, better.J), better.process, record.dt / finer, noise=better.noise)
-    around = Surroundings(moves, better.left, record.dt)
-    measured = cycle_in(replace(record, pv=pv, sp=None if record.sp is None else sp), scale)
-    changes = _changes(found, better)
+    inputs = ExternalInputs(moves, better.residual, record.dt)
+    measured = measure_cycle(replace(record, pv=pv, sp=None if record.sp is None else sp), scale)
+    changes = _describe_changes(found, better)
     if not measured.period > 0.0:
-        raise RecordError(f"{tag}: OP does not swing, so that there is nothing to judge a twin by.")
-    cycle, spread, run = cycle_of(loop, level, op, scale, around)
-    fits, reason = _judge(measured, cycle, spread)
-    if better.error > MOST_LEFT:
+        raise RecordError("OP does not oscillate, so a twin cannot be compared with the record.", where=tag)
+    cycle, spread, run = simulate_cycle(loop, level, op, scale, inputs)
+    fits, reason = _compare_cycles(measured, cycle, spread)
+    if better.error > MAX_UNEXPLAINED_SHARE:
         fits, reason = (
             False,
             (
-                f"Valve and process leave {100.0 * better.error:.0f} % of the PV's movement unexplained (at most "
-                f"{100.0 * MOST_LEFT:.0f} %): too much for a twin."
+                f"Valve and process as identified do not explain {100.0 * better.error:.0f} % of the PV movement "
+                f"(limit {100.0 * MAX_UNEXPLAINED_SHARE:.0f} %), so remedies cannot be tried on them."
             ),
         )
     elif not fits:
-        nearer = bring_nearer(loop, level, op, around, measured)
+        nearer = adjust_twin(loop, level, op, inputs, measured)
         if nearer is not None:
-            loop, told = nearer
-            cycle, spread, run = cycle_of(loop, level, op, scale, around)
-            fits, reason = _judge(measured, cycle, spread)
-            changes += tuple(told)
-    if not fits and (against := _against(loop, given=controller is not None)):
+            loop, adjustments = nearer
+            cycle, spread, run = simulate_cycle(loop, level, op, scale, inputs)
+            fits, reason = _compare_cycles(measured, cycle, spread)
+            changes += tuple(adjustments)
+    if not fits and (against := _wrong_action_text(loop, given=controller is not None)):
         reason = against
-    if fits and cycle.share < measured.share - STEADIER:
+    if fits and cycle.share < measured.share - MAX_RESTING_EXCESS:
         reason += (
-            f" It is less steady: it rests in {100.0 * (1.0 - cycle.share):.0f} % of its periods, the record in "
+            f" But it is less regular: it rests in {100.0 * (1.0 - cycle.share):.0f} % of its periods, the record in "
             f"{100.0 * (1.0 - measured.share):.0f} %."
         )
-    overlay = _overlay(record, pv, run, scale) if cycle.period > 0.0 else {}
-    score = 1.0 - distance(measured, cycle)
-    return Twin(loop, level, op, measured, cycle, score, fits, reason, better.error, changes, around, overlay)
+    overlay = _align_periods(record, pv, run, scale) if cycle.period > 0.0 else {}
+    score = 1.0 - cycle_distance(measured, cycle)
+    return Twin(loop, level, op, measured, cycle, score, fits, reason, better.error, changes, inputs, overlay)
 
 
 def analysed_segment(diagnosis: Diagnosis) -> LoopRecord:
-    """The stretch that a diagnosis speaks of, its gaps bridged: a part of the record where the valve sticks in that.
+    """Return the part of the record that a diagnosis analysed, with short gaps filled.
 
     Parameters
     ----------
@@ -224,24 +236,24 @@ def analysed_segment(diagnosis: Diagnosis) -> LoopRecord:
     return usable_segment(record if analysis_window(record) == window else record.window(*window))
 
 
-def _scale(record: LoopRecord, diagnosis: Diagnosis) -> float:
-    """Period of the oscillation [s]; where there is none, the pace at which OP swings about its mean."""
+def _time_scale(record: LoopRecord, diagnosis: Diagnosis) -> float:
+    """Return the period of the oscillation [s], or that of OP about its mean when there is no regular oscillation."""
     seen = diagnosis.oscillation
-    if seen.oscillating and seen.period >= SHORTEST * record.dt:
+    if seen.oscillating and seen.period >= MIN_SAMPLES_PER_PERIOD * record.dt:
         return seen.period
     op = forward_fill(record.op, fill_start=True)
-    found = pace(op - op.mean(), SHORTEST)
+    found = crossing_period(op - op.mean(), MIN_SAMPLES_PER_PERIOD)
     return (found if found > 0.0 else op.size / 5.0) * record.dt
 
 
-def _controller(record: LoopRecord) -> tuple[PID, int]:
-    """The record's controller, and how many of its samples there are to one of the record: 1, or `FINER`."""
+def _find_controller(record: LoopRecord) -> tuple[PID, int]:
+    """Return the identified controller, and the number of its samples for each sample of the record."""
     pid, exact = controller_from_record(record)
-    return pid, 1 if exact else FINER
+    return pid, 1 if exact else TWIN_SAMPLES_PER_SAMPLE
 
 
-def _against(loop: Loop, *, given: bool = True) -> str:
-    """Say that the controller, given or found, drives PV away from SP; empty where it does not."""
+def _wrong_action_text(loop: Loop, *, given: bool = True) -> str:
+    """Say that the controller drives PV away from SP; empty when it does not."""
     if not isinstance(loop.process, TransferFunction):
         return ""
     num, den = (np.trim_zeros(np.atleast_1d(part), "b") for part in (loop.process.num, loop.process.den))
@@ -250,62 +262,66 @@ def _against(loop: Loop, *, given: bool = True) -> str:
         return ""
     if not given:
         return (
-            f"By the process found more OP {'raises' if gain > 0.0 else 'lowers'} this PV, and the controller found, "
-            f"Kc = {Kc:g}, would drive PV away from SP: one of the two was not identified."
+            f"In the identified process more OP {'raises' if gain > 0.0 else 'lowers'} PV, and the identified "
+            f"controller, Kc = {Kc:g}, would drive PV away from SP: one of the two is wrong. "
+            "Give the controller with its Kc and Ti."
         )
     return (
-        f"The controller's gain, Kc = {Kc:g}, has the wrong sign: more OP {'raises' if gain > 0.0 else 'lowers'} this "
-        f"PV, so it would drive PV away from SP. Give Kc = {-Kc:g} (--controller), if that is the controller's action."
+        f"The controller gain, Kc = {Kc:g}, has the wrong sign: more OP {'raises' if gain > 0.0 else 'lowers'} PV, so "
+        f"this controller would drive PV away from SP. Give Kc = {-Kc:g} if that is its action."
     )
 
 
-def _judge(a: Cycle, b: Cycle, spread: float) -> tuple[bool, str]:
-    """Whether the twin repeats the record's cycle, with the reason; noisy cycles differ from run to run by `spread`."""
-    if not np.isfinite(distance(a, b)):
-        return False, "The twin does not cycle, the record does: something that was not identified drives the loop."
-    wider = min(2.0 * spread, MOST_SPREAD)
+def _compare_cycles(a: Cycle, b: Cycle, spread: float) -> tuple[bool, str]:
+    """Return whether oscillation `b` of the twin matches `a` of the record, and why; `spread` is that of the runs."""
+    if not np.isfinite(cycle_distance(a, b)):
+        return (
+            False,
+            "The simulated loop does not oscillate, but the record does: something else drives the loop.",
+        )
+    wider = min(2.0 * spread, MAX_SPREAD)
     compared = (
-        ("period", b.period / a.period, PERIOD_LIMIT + wider),
-        ("OP amplitude", b.amplitude_op / a.amplitude_op, AMPLITUDE_LIMIT + wider),
-        ("PV amplitude", b.amplitude_pv / a.amplitude_pv, AMPLITUDE_LIMIT + wider),
+        ("period", b.period / a.period, MAX_PERIOD_ERROR + wider),
+        ("OP amplitude", b.amplitude_op / a.amplitude_op, MAX_AMPLITUDE_ERROR + wider),
+        ("PV amplitude", b.amplitude_pv / a.amplitude_pv, MAX_AMPLITUDE_ERROR + wider),
     )
     wrong = [
-        f"its {name} is {100.0 * (ratio - 1.0):+.0f} % off (at most {100.0 * limit:.0f} %)"
+        f"its {name} differs by {100.0 * (ratio - 1.0):+.0f} % (limit {100.0 * limit:.0f} %)"
         for name, ratio, limit in compared
         if abs(ratio - 1.0) > limit
     ]
     if wrong:
-        return False, f"The twin does not repeat the record's cycle: {', '.join(wrong)}."
-    return True, "The twin repeats the record's cycle."
+        return False, f"The simulated loop does not oscillate like the record: {', '.join(wrong)}."
+    return True, "The simulated loop oscillates like the record."
 
 
-def _changes(found: Identification, better: RefinedModel) -> tuple[str, ...]:
-    """What the open-loop search changed by more than 2 %, and the second lag it found."""
+def _describe_changes(found: Identification, better: RefinedModel) -> tuple[str, ...]:
+    """List the values that the open-loop fit changed by more than 2 %, and a second lag."""
     compared = (
         ("S", "%", found.S, better.S),
         ("J", "%", found.J, better.J),
         ("dead time", "s", found.process.dead_time, better.process.dead_time),
     )
     least = {"dead time": max(0.01 * found.process.time_constant, 1e-6)}
-    told = [
+    changes = [
         f"{name} {a:.3g} to {b:.3g} {unit}"
         for name, unit, a, b in compared
         if abs(b - a) > 0.02 * abs(a) + least.get(name, 1e-9)
     ]
-    return (*told, *(["a second lag"] if better.process.den.size > 2 else []))
+    return (*changes, *(["a second lag"] if better.process.den.size > 2 else []))
 
 
-def _overlay(
+def _align_periods(
     record: LoopRecord, pv: NDArray[np.float64], run: LoopRecord, period: float
 ) -> dict[str, NDArray[np.float64]]:
-    """Three periods of the record's middle, and those of the twin that are nearest to them."""
+    """Return three periods from the middle of the record, and the closest part of the twin's run."""
     assert run.pv is not None
     op, step = forward_fill(record.op, fill_start=True), round(record.dt / run.dt)
     op_twin, pv_twin = run.op[::step], run.pv[::step]
     n = min(round(3.0 * period / record.dt), op.size, op_twin.size // 2)
     first = (op.size - n) // 2
     part = op[first : first + n]
-    # Square of the distance of every window to the part, both about their means, but for what all windows share.
+    # Squared distance of every window to the part, both minus their means, except for a constant.
     sums, squares = (np.concatenate([np.zeros(1), np.cumsum(x)]) for x in (op_twin, op_twin**2))
     spread = squares[n:] - squares[:-n] - (sums[n:] - sums[:-n]) ** 2 / n
     at = int(np.argmin(spread - 2.0 * np.correlate(op_twin, part - part.mean(), "valid")))

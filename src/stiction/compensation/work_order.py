@@ -1,4 +1,4 @@
-"""One page for the valve shop: what was found, where to look, what to test, what runs meanwhile, who signed."""
+"""Work order for the valve shop, one page: findings, parts to check, tests, interim remedy, signatures."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiction.compensation.predicted import in_words, predicted
-from stiction.compensation.shop_tests import acceptance, plan_acceptance, plan_before
+from stiction.compensation.prediction_text import format_settings, prediction_text
+from stiction.compensation.shop_tests import acceptance_criteria, plan_acceptance_test, plan_confirmation_tests
 from stiction.compensation.suspect_parts import SuspectPart, rank_suspects
 from stiction.diagnosis import Diagnosis
 from stiction.display.number_format import format_interval, format_probability
@@ -24,60 +24,60 @@ if TYPE_CHECKING:
 __all__ = ["WorkOrder", "work_order"]
 
 BLANK = "________"
-MIDDLE = 50.0
-"""OP about which the tests are planned where it is not recorded in % of span [% of span]."""
-ASSUMED = 5.0
-"""S that the tests are planned for where none was found, or in another unit [% of span]."""
+MID_SPAN_PERCENT = 50.0
+"""OP near which the tests are planned when OP is not recorded in % of span [% of span]."""
+ASSUMED_S_PERCENT = 5.0
+"""S for which the tests are planned when it was not identified, or is in another unit [% of span]."""
 SIGN_OFF = ("Tests before, by / date", "Work done, by / date", "Tests after, by / date", "Compensation off, by / date")
 
 
 @dataclass(frozen=True)
 class WorkOrder:
-    """A work order; what nobody knows yet is a line to fill in."""
+    """A work order; unknown facts are lines to fill in."""
 
     tag: str
     """Name of the loop."""
     title: str
-    """What is asked: to repair, or first to find out."""
+    """What to do: repair, or test first."""
     record: str
-    """The record that the findings rest on."""
+    """The record from which the findings come."""
     verdict: str
     """`stiction` or `undecided`."""
     probability: float
     """Probability that the valve sticks [-]."""
     S: float
-    """Deadband plus stickband [% of span]; NaN when not found, or found in another unit."""
+    """Deadband plus stickband [% of span]; NaN when not identified, or in another unit."""
     S_low: float
     """Lower end of the 95 % interval of S [% of span]."""
     S_high: float
     """Upper end of the 95 % interval of S [% of span]."""
     J: float
-    """Slip jump [% of span]; NaN when not found, or found in another unit."""
+    """Slip jump [% of span]; NaN when not identified, or in another unit."""
     J_low: float
     """Lower end of the 95 % interval of J [% of span]."""
     J_high: float
     """Upper end of the 95 % interval of J [% of span]."""
     findings: tuple[str, ...]
-    """What was found, a sentence each."""
+    """Findings, one sentence each."""
     suspects: tuple[SuspectPart, ...]
-    """Parts to look at, likeliest first."""
+    """Parts to check, the most likely first."""
     order_of_suspects: str
-    """What their order rests on."""
+    """Reason for their order."""
     before: tuple[TestPlan, ...]
-    """Tests that confirm the finding."""
+    """Tests that confirm the stiction."""
     after: tuple[TestPlan, ...]
-    """Tests that accept the repaired valve, the ones from before among them."""
+    """Acceptance tests of the repaired valve; they include a test from before the repair."""
     acceptance: tuple[str, ...]
-    """What the repaired valve must keep."""
+    """Acceptance criteria."""
     meanwhile: tuple[str, ...]
-    """What runs until then and must be taken out afterwards."""
+    """The remedy until the repair, which must be removed afterwards."""
     to_fill_in: tuple[str, ...]
-    """What is not known from the record."""
+    """Facts that the record does not contain."""
     sign_off: tuple[str, ...] = SIGN_OFF
-    """Who signs for what."""
+    """Signatures."""
 
     def summary(self) -> str:
-        """The order in two lines."""
+        """Return the order in two lines."""
         return f"{self.title}\n{' '.join(self.findings[:2])}"
 
     def to_dict(self) -> dict[str, Any]:
@@ -93,16 +93,18 @@ class WorkOrder:
         return {**plain, "suspects": parts, **tests}
 
     def to_text(self) -> str:
-        """The page as Markdown, which also reads as plain text."""
+        """Return the page as Markdown."""
         parts = [f"{i}. {s.part}. {s.sign} Check: {s.check} Found: {BLANK}" for i, s in enumerate(self.suspects, 1)]
         sections = {
             "Findings": _bullets(self.findings),
-            "Where to look": [self.order_of_suspects, "", *parts],
-            "Test before the repair": _bullets(_told(self.before)),
-            "Test after the repair": _bullets([*_told(self.after), *(f"Pass: {line}." for line in self.acceptance)]),
-            "Until then": _bullets(self.meanwhile),
+            "Parts to check": [self.order_of_suspects, "", *parts],
+            "Test before the repair": _bullets(_plan_lines(self.before)),
+            "Test after the repair": _bullets(
+                [*_plan_lines(self.after), *(f"Pass: {line}." for line in self.acceptance)]
+            ),
+            "Until the repair": _bullets(self.meanwhile),
             "To fill in": _bullets(f"{line}: {BLANK}" for line in self.to_fill_in),
-            "Signed": _bullets(f"{line}: {BLANK}" for line in self.sign_off),
+            "Signatures": _bullets(f"{line}: {BLANK}" for line in self.sign_off),
         }
         head = [f"# {self.title}", "", f"Record: {self.record}.", f"Order no. {BLANK}  issued {BLANK}"]
         body = [line for name, lines in sections.items() for line in ("", f"## {name}", "", *lines)]
@@ -110,25 +112,25 @@ class WorkOrder:
 
 
 def work_order(diagnosis: Diagnosis, trial: CompensationTrial | None = None) -> WorkOrder:
-    """Write the work order for a valve that sticks or may stick.
+    """Write the work order for a valve that sticks, or may stick.
 
     Parameters
     ----------
     diagnosis : Diagnosis
         The verdict on its loop.
     trial : CompensationTrial, optional
-        What `compensate` recommends until the repair.
+        The result of `compensate`, for the remedy until the repair.
 
     Returns
     -------
     WorkOrder
-        Findings, parts to look at, tests before and after, what runs meanwhile; `to_text()` is the page. An
-        undecided verdict makes an order to test, not to repair.
+        Findings, parts to check, tests before and after the repair, and the remedy until then; `to_text()` is the page.
+        With an undecided verdict the order is to test, not to repair.
 
     Raises
     ------
     ParameterError
-        When the verdict is that the valve is good, or `diagnosis` is none.
+        When the verdict is no stiction, or `diagnosis` is not a Diagnosis.
 
     Examples
     --------
@@ -138,16 +140,18 @@ def work_order(diagnosis: Diagnosis, trial: CompensationTrial | None = None) -> 
     >>> work_order(st.diagnose(record)).title
     'Work order: control valve of FIC-101, repair'
     """
-    require_kind("diagnosis", diagnosis, Diagnosis, "what st.diagnose(record) returns")
-    verdict, found, percent = diagnosis.verdict, _sized(diagnosis), diagnosis.record.op_in_percent
+    require_kind("diagnosis", diagnosis, Diagnosis, "the result of st.diagnose(record)")
+    verdict, found, percent = diagnosis.verdict, _identified_valve(diagnosis), diagnosis.record.op_in_percent
     if verdict == "no_stiction":
         raise ParameterError(
-            f"{diagnosis.record.tag}: the verdict is no stiction (probability "
-            f"{format_probability(diagnosis.probability)}), so there is nothing for the valve shop. {diagnosis.action}"
+            f"{diagnosis.record.tag}: no work order, because the verdict is no stiction (probability of stiction "
+            f"{format_probability(diagnosis.probability)}). {diagnosis.action}"
         )
     op = _usual_op(diagnosis)
     S = found.S if found and percent else math.inf
-    before = plan_before(op, max(found.S, min(found.S_high, 2.0 * found.S)) if found and percent else ASSUMED)
+    before = plan_confirmation_tests(
+        op, max(found.S, min(found.S_high, 2.0 * found.S)) if found and percent else ASSUMED_S_PERCENT
+    )
     parts, why = rank_suspects(found, diagnosis.record.op_unit_short)
     nan = math.nan
     size = (found.S, found.S_low, found.S_high, found.J, found.J_low, found.J_high) if found and percent else (nan,) * 6
@@ -155,7 +159,7 @@ def work_order(diagnosis: Diagnosis, trial: CompensationTrial | None = None) -> 
     return WorkOrder(
         diagnosis.record.tag,
         f"Work order: control valve of {diagnosis.record.tag}, {ask}",
-        _record(diagnosis),
+        _describe_record(diagnosis),
         verdict,
         diagnosis.probability,
         *size,
@@ -163,68 +167,69 @@ def work_order(diagnosis: Diagnosis, trial: CompensationTrial | None = None) -> 
         suspects=parts,
         order_of_suspects=why,
         before=before,
-        after=(plan_acceptance(op, S), before[0]),
+        after=(plan_acceptance_test(op, S), before[0]),
         acceptance=(
-            *acceptance(S),
-            "the loop, back in automatic for 20 of its former periods, is diagnosed as not sticking",
+            *acceptance_criteria(S),
+            "the verdict on a record of 20 former periods, with the loop in automatic, is no stiction",
         ),
         meanwhile=_meanwhile(trial),
         to_fill_in=_to_fill_in(diagnosis),
     )
 
 
-def _sized(diagnosis: Diagnosis) -> Identification | None:
-    """The valve found, where it has an S."""
+def _identified_valve(diagnosis: Diagnosis) -> Identification | None:
+    """Return the identified valve if it has an S."""
     found = diagnosis.identification
     return found if found is not None and found.S > 0.0 else None
 
 
 def _usual_op(diagnosis: Diagnosis) -> float:
-    """Median of the OP [% of span], of the whole record where no part of it can be judged; mid span in another unit."""
+    """Return the median of OP in the analysed part, or in the whole record [% of span]; mid span for another unit."""
     if not diagnosis.record.op_in_percent:
-        return MIDDLE
+        return MID_SPAN_PERCENT
     op = usable_segment(diagnosis.record).op
     return float(np.nanmedian(op if np.isfinite(op).any() else diagnosis.record.op))
 
 
-def _record(diagnosis: Diagnosis) -> str:
+def _describe_record(diagnosis: Diagnosis) -> str:
     record = diagnosis.record
     start = f"from {record.start:%Y-%m-%d %H:%M}" if record.start else f"date {BLANK}"
     return f"{record.provenance.source}, {start}, {record.duration / 60.0:.3g} min, sampled every {record.dt:g} s"
 
 
 def _findings(diagnosis: Diagnosis, op: float) -> tuple[str, ...]:
-    record, found, cycle = diagnosis.record, _sized(diagnosis), diagnosis.oscillation
+    record, found, cycle = diagnosis.record, _identified_valve(diagnosis), diagnosis.oscillation
     verdict = "the valve sticks" if diagnosis.verdict == "stiction" else "cannot tell"
     lines = [
         f"Verdict: {verdict}; probability of stiction {format_probability(diagnosis.probability)}.",
         diagnosis.reason,
     ]
     if found:
-        S = _with_ends("S", found.S, found.S_low, found.S_high, record.op_unit)
-        J = _with_ends("J", found.J, found.J_low, found.J_high, record.op_unit)
+        S = _format_with_interval("S", found.S, found.S_low, found.S_high, record.op_unit)
+        J = _format_with_interval("J", found.J, found.J_low, found.J_high, record.op_unit)
         lines += [
-            f"On each reversal the OP travels {S} before the stem moves.",
-            f"When it breaks loose it jumps by {J}.",
+            f"At each reversal, OP travels {S} before the stem moves.",
+            f"When the stem breaks loose, it jumps by {J}.",
         ]
-        lines += [f"Reservation: {found.reason}"] if found.reason else []
+        lines += [f"Limitation: {found.reason}"] if found.reason else []
     if cycle.oscillating and math.isfinite(cycle.period):
         day = 2.0 * 86400.0 / cycle.period
         lines.append(
-            f"The loop cycles every {cycle.period:.3g} s: about {float(f'{day:.2g}'):.0f} reversals of the stem a day."
+            f"The loop oscillates with a period of {cycle.period:.3g} s: about {float(f'{day:.2g}'):.0f} reversals of "
+            "the stem a day."
         )
     if record.op_in_percent:
         lines.append(f"Usual OP (controller output): {op:.0f} %.")
     else:
         low, high = np.nanmin(record.op), np.nanmax(record.op)
         lines.append(
-            f"OP is recorded from {low:.3g} to {high:.3g}, not in % of span: S and J are in its unit, and the tests "
-            f"are planned about {op:.0f} %."
+            f"OP is recorded from {low:.3g} to {high:.3g}, not in % of span: S and J are in the unit of OP, and the "
+            f"tests are planned near {op:.0f} %."
         )
     return tuple(lines)
 
 
-def _with_ends(name: str, value: float, low: float, high: float, unit: str) -> str:
+def _format_with_interval(name: str, value: float, low: float, high: float, unit: str) -> str:
     at, least, most = format_interval(value, low, high)
     ends = f"95 % {least} to {most}" if math.isfinite(low) and math.isfinite(high) else "interval unknown"
     return f"{name} = {at} {unit} ({ends})"
@@ -232,21 +237,23 @@ def _with_ends(name: str, value: float, low: float, high: float, unit: str) -> s
 
 def _to_fill_in(diagnosis: Diagnosis) -> tuple[str, ...]:
     lines = ["Make, type and size of valve, actuator, positioner", "Last service and what was done"]
-    found = _sized(diagnosis)
+    found = _identified_valve(diagnosis)
     if found and not diagnosis.record.op_in_percent:
-        lines.append(f"OP at 0 % and at 100 % of span (the tests are planned for S up to {ASSUMED:g} %)")
+        lines.append(f"OP at 0 % and at 100 % of span (the tests are planned for S up to {ASSUMED_S_PERCENT:g} %)")
     elif found:
         lines.append(f"Stroke in mm (S is {found.S / 100.0:.3g}, J {found.J / 100.0:.3g} of the stroke)")
     else:
-        lines.append(f"S and J in % of span (not found; the tests are planned for S up to {ASSUMED:g} %)")
+        lines.append(
+            f"S and J in % of span (not identified; the tests are planned for S up to {ASSUMED_S_PERCENT:g} %)"
+        )
     if diagnosis.record.mv is None:
-        lines.append("Where the valve position is read in the tests (none in the record)")
-    lines.append("OP range that operations allow for the tests, and when")
+        lines.append("Where to read the valve position in the tests (it is not in the record)")
+    lines.append("OP range and time that operations allow for the tests")
     return tuple(lines)
 
 
 def _meanwhile(trial: CompensationTrial | None) -> tuple[str, ...]:
-    service = f"In service now, since: {BLANK}"
+    service = f"Remedy in service now, since: {BLANK}"
     if trial is None:
         return ("No remedy was tried on the loop's twin.", service)
     if trial.recommended is None:
@@ -256,14 +263,15 @@ def _meanwhile(trial: CompensationTrial | None) -> tuple[str, ...]:
     if not chosen.remedy.settings:
         return (*lines, trial.reason, service)
     lines += [
-        f"Settings: {in_words(chosen.remedy.settings)}.",
-        f"Predicted on the loop's twin: {predicted(trial)}.",
-        f"Off before the tests, and for good after the repair: ENABLE to FALSE, or back to Kc {BLANK} Ti {BLANK}.",
+        f"Settings: {format_settings(chosen.remedy.settings)}.",
+        f"Predicted on the loop's twin: {prediction_text(trial)}.",
+        "Switch it off before the tests, and remove it after the repair: ENABLE to FALSE, or back to "
+        f"Kc {BLANK} Ti {BLANK}.",
     ]
     return (*lines, service)
 
 
-def _told(plans: tuple[TestPlan, ...]) -> list[str]:
+def _plan_lines(plans: tuple[TestPlan, ...]) -> list[str]:
     return [" ".join(plan.summary().split("\n")[:2]) for plan in plans]
 
 

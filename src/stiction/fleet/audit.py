@@ -10,7 +10,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stiction.errors import ParameterError, RecordError
+from stiction.errors import ParameterError, RecordError, Setting
 from stiction.fleet.folder import read_settings
 from stiction.fleet.labels import newest_labels, read_labels
 from stiction.fleet.ledger import Ledger, ResultKey, sqlite_url
@@ -234,8 +234,8 @@ def open_audit(folder: str | os.PathLike[str], *, ledger: str | None = None) -> 
         ledger = os.environ.get("STICTION_LEDGER")
         if ledger is None:
             raise RecordError(
-                f"{folder}: its ledger is {settings['ledger']}; give its URL with ledger (--ledger) or in the "
-                "environment variable STICTION_LEDGER."
+                f"{folder}: its ledger is {settings['ledger']}",
+                remedy=("give its URL with ", Setting("ledger"), " or in the environment variable STICTION_LEDGER"),
             )
     database = Ledger(ledger or sqlite_url(folder / "ledger.sqlite"))
     try:

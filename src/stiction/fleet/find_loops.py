@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stiction.errors import ParameterError, RecordError
+from stiction.errors import ParameterError, RecordError, Setting
 from stiction.fleet.database_parts import find_loops_of_table
 from stiction.fleet.source_parts import LoopPlace, SourcePart
 from stiction.sources.open_files import list_files
@@ -70,8 +70,9 @@ def choose_loops(places: list[LoopPlace], pattern: str | None) -> list[LoopPlace
         if not wanted:
             names = ", ".join(one.tag for one in places[:5])
             raise ParameterError(
-                f"loops = {pattern!r} matches none of the {len(places)} loops ({names}, ...); give a pattern such as "
-                "'FIC*'."
+                Setting("loops"),
+                f" = {pattern!r} matches none of the {len(places)} loops ({names}, ...)",
+                remedy="give a pattern such as 'FIC*'",
             )
         places = wanted
     return _with_unique_tags(places)

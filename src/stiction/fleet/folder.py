@@ -14,7 +14,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stiction.errors import RecordError
+from stiction.errors import RecordError, Setting
 from stiction.fleet.ledger import FORMAT_VERSION
 
 if TYPE_CHECKING:
@@ -54,7 +54,8 @@ def check_folder(folder: Path) -> None:
         others = sorted(path.name for path in folder.iterdir() if path.name not in ours)
         if others:
             raise RecordError(
-                f"{folder}: is no audit and not empty (it has {others[0]}); name a new folder with out (--out)."
+                f"{folder}: is not an audit and not empty (it has {others[0]})",
+                remedy=("give a new folder with ", Setting("out")),
             )
 
 

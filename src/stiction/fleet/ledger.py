@@ -273,7 +273,7 @@ def sqlite_url(path: Path) -> str:
 def _make_engine(url: str) -> Engine:
     from sqlalchemy import event
 
-    from stiction.errors import ParameterError
+    from stiction.errors import ParameterError, Setting
     from stiction.sources.database_url import is_database_url, make_engine
 
     if url.startswith("sqlite:///"):
@@ -289,5 +289,8 @@ def _make_engine(url: str) -> Engine:
 
         return engine
     if not is_database_url(url):
-        raise ParameterError(f"ledger = {url!r} is no database URL; give postgresql+psycopg://USER:PASSWORD@HOST/NAME.")
+        raise ParameterError(
+            Setting("ledger"), f" = {url!r} is no database URL",
+            remedy="give postgresql+psycopg://USER:PASSWORD@HOST/NAME",
+        )  # fmt: skip
     return make_engine(url)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stiction.diagnosis.verdict.decision import Costs
-from stiction.errors import ParameterError, RecordError, require_positive
+from stiction.errors import ParameterError, RecordError, Setting, require_positive
 from stiction.fleet.audit import Audit, read_audit
 from stiction.fleet.audit_run import AuditRun, RunOptions
 from stiction.fleet.find_loops import choose_loops, list_loop_places
@@ -142,7 +142,10 @@ def audit(
     Costs(*costs)
     require_positive("time_limit", time_limit, "s")
     if not 0.0 < prior < 1.0:
-        raise ParameterError(f"prior = {prior:g} is no share of sticky valves; give a number between 0 and 1, as 0.25.")
+        raise ParameterError(
+            Setting("prior"), f" = {prior:g} is no share of sticky valves",
+            remedy="give a number between 0 and 1, as 0.25",
+        )  # fmt: skip
     folder = Path(out)
     check_folder(folder)
 

@@ -6,7 +6,7 @@ import math
 import re
 from datetime import datetime
 
-from stiction.errors import ParameterError
+from stiction.errors import ParameterError, Setting
 
 __all__ = ["parse_duration", "parse_moment"]
 
@@ -27,7 +27,7 @@ def parse_duration(name: str, value: str | float) -> float:
     except (KeyError, ValueError):
         seconds = math.nan
     if not 0.0 < seconds < math.inf:
-        raise ParameterError(f"{name} = {value!r} is no time; give for example 10m, 90s or 1.5h.")
+        raise ParameterError(Setting(name), f" = {value!r} is no time", remedy="give for example 10m, 90s or 1.5h")
     return seconds
 
 
@@ -44,4 +44,6 @@ def parse_moment(name: str, value: str | datetime | None) -> datetime | None:
     try:
         return datetime.fromisoformat(value)
     except (TypeError, ValueError):
-        raise ParameterError(f"{name} = {value!r} is no time; write it as 2026-03-02 or 2026-03-02T06:00.") from None
+        raise ParameterError(
+            Setting(name), f" = {value!r} is no time", remedy="write it as 2026-03-02 or 2026-03-02T06:00"
+        ) from None

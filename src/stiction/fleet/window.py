@@ -5,7 +5,7 @@ from __future__ import annotations
 from datetime import datetime
 from typing import TYPE_CHECKING
 
-from stiction.errors import ParameterError
+from stiction.errors import ParameterError, Setting
 from stiction.fleet.ledger import Ledger, ResultKey
 
 if TYPE_CHECKING:
@@ -46,7 +46,10 @@ def resolve_window(
     if isinstance(since, str):
         since = _end_of_last_run(ledger, digest)
     if since is not None and until is not None and since.replace(tzinfo=None) >= until.replace(tzinfo=None):
-        raise ParameterError(f"since = {since} is not before until = {until}; give an earlier since or a later until.")
+        raise ParameterError(
+            Setting("since"), f" = {since} is not before ", Setting("until"), f" = {until}",
+            remedy=("give an earlier ", Setting("since"), " or a later ", Setting("until")),
+        )  # fmt: skip
     window = f"{since.isoformat() if since else ''}..{until.isoformat() if until else ''}"
     return ResultKey(window, digest, __version__), (since, until)
 
@@ -61,4 +64,8 @@ def _end_of_last_run(ledger: Ledger, digest: str) -> datetime:
             ends = [one.body["end"] for one in results.values() if one.body["end"]]
             if ends:
                 return max(datetime.fromisoformat(end) for end in ends)
-    raise ParameterError("since = 'last' needs a finished audit in this folder, with times; run one without it first.")
+    raise ParameterError(
+        Setting("since"),
+        " = 'last' needs a finished audit in this folder, with times",
+        remedy="run one without it first",
+    )

@@ -2,7 +2,7 @@
 
 A component is two scalar functions on its page, ``X_at_rest(...) -> state`` and
 ``X_step(input, state, parameters...) -> state``: floats in, one named tuple of floats out, no arrays,
-no exceptions. A frozen dataclass beside them checks the parameters and packs them for the kernels.
+no exceptions. A frozen dataclass checks the parameters and packs them for the kernels.
 """
 
 from __future__ import annotations

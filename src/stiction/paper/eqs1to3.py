@@ -55,7 +55,7 @@ class Equations1to3:
     """Times the stem started from rest, `printed` and `corrected` [-]."""
     longest_rest: dict[str, float]
     """Longest rest after the first start, `printed` and `corrected` [s]."""
-    held: float
+    force_at_rest: float
     """Force on the stem at its first rest after a slip, P A - K x [lbf]."""
     friction: dict[str, float]
     """Friction of eq. 2 at that rest, `printed` and `corrected` [lbf]."""
@@ -120,9 +120,9 @@ def equations1to3(slope: float = 4.0) -> Equations1to3:
                 f"slope = {slope:g} psi/s is too high for the stem to come to rest; give a lower slope."
             )
         first = int(ends[0])
-    held = float(AREA * pressure[first] - SPRING * position["corrected"][first])
-    friction = {"printed": STATIC if AREA * pressure[first] >= STATIC else held, "corrected": held}
-    return Equations1to3(time, pressure, position, starts, rests, held, friction)
+    force_at_rest = float(AREA * pressure[first] - SPRING * position["corrected"][first])
+    friction = {"printed": STATIC if AREA * pressure[first] >= STATIC else force_at_rest, "corrected": force_at_rest}
+    return Equations1to3(time, pressure, position, starts, rests, force_at_rest, friction)
 
 
 def _run(pressure: list[float], spring_at_rest: float) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
@@ -130,13 +130,13 @@ def _run(pressure: list[float], spring_at_rest: float) -> tuple[NDArray[np.float
     stem, moving = np.zeros(len(pressure)), np.zeros(len(pressure), dtype=np.bool_)
     x = v = 0.0
     for k, psi in enumerate(pressure):
-        held = psi * AREA - spring_at_rest * x
+        force_at_rest = psi * AREA - spring_at_rest * x
         if abs(v) >= VELOCITY_TOLERANCE:
             friction = math.copysign(stribeck_friction(abs(v)), v)
-        elif abs(held) < STATIC:
+        elif abs(force_at_rest) < STATIC:
             friction, v = psi * AREA - SPRING * x, 0.0
         else:
-            friction = math.copysign(STATIC, held)
+            friction = math.copysign(STATIC, force_at_rest)
         before = v
         v += DT_S * (psi * AREA - SPRING * x - VISCOUS * v - friction) / MASS
         if before * v < 0.0:

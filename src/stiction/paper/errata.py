@@ -100,7 +100,7 @@ def _e1() -> Erratum:
 
 def _e2() -> Erratum:
     found = equations1to3()
-    proofs = [Proof("force on the stem at its first rest after a slip [lbf]", "P A - K x", found.held)]
+    proofs = [Proof("force on the stem at its first rest after a slip [lbf]", "P A - K x", found.force_at_rest)]
     for quantity, values in (
         ("friction that answers it [lbf]", found.friction),
         ("starts from rest on the ramp of slope 4 [-]", found.starts),
@@ -188,9 +188,9 @@ def _e7() -> Erratum:
 
 def _e8() -> Erratum:
     proofs = tuple(
-        Proof("slip at slope 4 in reading A [in]", f"{tolerance} in/s", float(seen["slip"]))
+        Proof("slip at slope 4 in reading A [in]", f"{tolerance} in/s", float(ramp["slip"]))
         for tolerance in ("1e-2", "1e-3", "1e-4")
-        for seen in [read_ramp(*_ramp_with_tolerance(f"{tolerance} in/s"))]
+        for ramp in [read_ramp(*_ramp_with_tolerance(f"{tolerance} in/s"))]
     )
     why = "As a speed in in/s it is plausible, and values near it give the same slips within 1 %."
     return Erratum("E8", "section II", "velocity tolerance 1e-3", "1e-3 in/s", why, proofs)

@@ -70,7 +70,8 @@ def figure5(seed: int = 0) -> Figure5:
         The paper's industrial record is not available and its text gives no numbers for it: the table of sb and sj, the
         rate, the flow's gain, the sensor's lag of 2 s and the noise are this project's, chosen to show what the text
         describes: stairs at a low rate, with a slip jump and a stick band that vary over the stem position. The paper
-        ramped up only; the way down is added, since a flow alone shows the stick band only when both are seen.
+        ramped up only; the way down is added, since a flow alone shows the stick band only when both directions are
+        present.
 
     References
     ----------
@@ -106,7 +107,7 @@ def figure5(seed: int = 0) -> Figure5:
 def _sensor(stem: NDArray[np.float64]) -> NDArray[np.float64]:
     """Stem position after the first-order lag of the flow sensor."""
     keep = float(np.exp(-DT_S / SENSOR_LAG_S))
-    seen = stem.copy()
+    flow = stem.copy()
     for k in range(1, stem.size):
-        seen[k] = keep * seen[k - 1] + (1.0 - keep) * stem[k]
-    return seen
+        flow[k] = keep * flow[k - 1] + (1.0 - keep) * stem[k]
+    return flow

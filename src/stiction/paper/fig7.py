@@ -50,7 +50,7 @@ class Figure7:
     curves: tuple[Curve, ...]
     """-1/N(A), branch by branch."""
     corrected: tuple[LimitCycle, ...]
-    """Crossings of the corrected describing function, both families, each beside its exact cycle."""
+    """Crossings of the corrected describing function, both families, each with its exact cycle."""
     printed: tuple[LimitCycle, ...]
     """Crossings of eqs. 6-7 with the roots repaired: C is wrong, because a factor 2 is missing."""
 

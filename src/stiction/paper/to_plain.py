@@ -39,8 +39,8 @@ def to_plain(data: Any, *, series: bool = True) -> Any:
     if isinstance(data, complex):
         return [data.real, data.imag]
     if isinstance(data, dict):
-        kept = {str(key): value for key, value in data.items() if series or not _is_series(value)}
-        return {key: to_plain(value, series=series) for key, value in kept.items()}
+        selected = {str(key): value for key, value in data.items() if series or not _is_series(value)}
+        return {key: to_plain(value, series=series) for key, value in selected.items()}
     if isinstance(data, (list, tuple)):
         return [to_plain(value, series=series) for value in data]
     if is_dataclass(data) and not isinstance(data, type):

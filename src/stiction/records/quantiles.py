@@ -1,4 +1,4 @@
-"""Quantiles of a signal with gaps."""
+"""Quantiles of a signal with gaps, and its robust standard deviation."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["quantiles"]
+__all__ = ["quantiles", "robust_std"]
 
 
 def quantiles(x: NDArray[np.float64], *shares: float) -> tuple[float, ...]:
@@ -25,3 +25,16 @@ def quantiles(x: NDArray[np.float64], *shares: float) -> tuple[float, ...]:
     """
     known = x[~np.isnan(x)]
     return tuple(np.quantile(known, shares).tolist()) if known.size else (math.nan,) * len(shares)
+
+
+def robust_std(x: NDArray[np.float64], centre: float | None = None) -> float:
+    """Standard deviation of a normal distribution with the same median absolute deviation [unit of `x`].
+
+    It is 1.4826 times the median of the distances from `centre`, by default the median. A few outliers have no effect.
+
+    Examples
+    --------
+    >>> round(robust_std(np.array([1.0, 2.0, 3.0, 4.0, 900.0])), 4)
+    1.4826
+    """
+    return 1.4826 * float(np.median(np.abs(x - (np.median(x) if centre is None else centre))))

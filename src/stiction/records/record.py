@@ -344,8 +344,8 @@ def missing_pv_hint(record: LoopRecord) -> str:
     """Say how to read a record with its PV: MV is also a measured value (ABB), which is read as the valve position."""
     column = record.provenance.columns.get("mv")
     if column is None:
-        return "Read the file again with the column of the PV named: columns={'pv': ...}."
-    return f"If {column} is the PV, which was taken for the valve position, say so with columns={{'pv': '{column}'}}."
+        return "Read the file again and name the column of the PV (columns)."
+    return f"{column} was taken for the valve position; if it is the PV, name it as the PV (columns)."
 
 
 def _signal(name: str, value: ArrayLike, n: int | None) -> NDArray[np.float64]:

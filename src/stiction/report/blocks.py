@@ -1,4 +1,4 @@
-"""What a page is made of: headings, text, figures, tables, and blocks that hold other blocks."""
+"""Blocks of a page: headings, text, figures, tables, and blocks that hold other blocks."""
 
 from __future__ import annotations
 
@@ -66,11 +66,11 @@ class Figure:
     """A plot with its title and the sentence that says what it shows."""
 
     plot: Mapping[str, Any]
-    """`{"data": [...], "layout": {...}}` as plotly.js takes it; numpy arrays are welcome and NaN is a gap."""
+    """`{"data": [...], "layout": {...}}` for plotly.js; numpy arrays are allowed and NaN is a gap."""
     title: str
-    """What is drawn, in a few words; stands above the plot."""
+    """Title above the plot."""
     caption: str
-    """What one sees, in a sentence; stands below the plot and is read to those who cannot see it."""
+    """What the plot shows, as a sentence below it; screen readers read it."""
     height: int = 340
     """Height [px]."""
 
@@ -81,7 +81,7 @@ class Figure:
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """A table cell that is more than a bare value."""
+    """A table cell with a sort key, a link or a mark."""
 
     value: str | float | TrustedHtml | None
     """What is shown; a float gets four significant digits, None and NaN a dash."""

@@ -1,4 +1,4 @@
-"""Fewer points to draw: long series are downsampled without losing a peak or a gap."""
+"""Downsample long series for plots without losing a peak or a gap."""
 
 from __future__ import annotations
 

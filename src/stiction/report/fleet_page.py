@@ -67,7 +67,7 @@ def write_audit_page(
             treemap=Markup(treemap([(one["name"], one["loops"], one["findings"]) for one in _areas(audit)]).markup),
             groups=[_draw_group(audit, group) for group in audit.groups],
             data=Markup(_table_json(audit, labels)),
-            receipt=_data_receipt(audit),
+            receipt=_data_problems(audit),
             changes=changes,
             confirmed=confirmed_share(audit),
             style=Markup(_asset("page.css") + _asset("fleet.css")),
@@ -175,8 +175,8 @@ def _rounded(value: Any) -> Any:
     return float(f"{value:.4g}") if isinstance(value, float) else value
 
 
-def _data_receipt(audit: Audit) -> list[dict[str, Any]]:
-    """Loops by what is wrong with their data."""
+def _data_problems(audit: Audit) -> list[dict[str, Any]]:
+    """Return the loops by problem with their data."""
     tags: dict[str, list[str]] = defaultdict(list)
     for row in audit.rows:
         if row["status"] in ("error", "timeout", "crashed"):

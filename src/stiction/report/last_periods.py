@@ -1,4 +1,4 @@
-"""Which periods the plots of one signal against another show."""
+"""Choose the periods for plots of one signal against another."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["loop_anchor", "overview", "sort_worst_first"]
 
 _RANK = {"stiction": 0, "undecided": 1, "no_stiction": 2}
-NOTHING = Cell("–", sort="")
+EMPTY_CELL = Cell("–", sort="")
 """A dash; it is sorted after all numbers, in both directions."""
 
 
@@ -59,7 +59,7 @@ def _row(k: int, name: str, diagnosis: Diagnosis) -> list[Cell]:
     record, found, oscillation = diagnosis.record, diagnosis.identification, diagnosis.oscillation
     percent = record.op_in_percent
     unit = "" if percent else f"\u00a0{record.op_unit_short}"
-    size = NOTHING
+    size = EMPTY_CELL
     if found is not None and diagnosis.verdict != "no_stiction":
         S, low, high = labels.format_interval(found.S, found.S_low, found.S_high)
         size = Cell(f"{S} ({low}\u00a0to\u00a0{high}){unit}", sort=_finite(found.S) if percent else "")
@@ -71,7 +71,7 @@ def _row(k: int, name: str, diagnosis: Diagnosis) -> list[Cell]:
     order = f"{_RANK[diagnosis.verdict]} {verdict}"
     data, data_icon = _data_quality(diagnosis)
     trend = record.op if record.pv is None else record.pv
-    period = swing = probability = NOTHING
+    period = swing = probability = EMPTY_CELL
     if diagnosis.loop_state.in_control:
         probability = Cell(labels.format_probability(diagnosis.probability), sort=_finite(diagnosis.probability))
     if oscillation.oscillating:
@@ -95,7 +95,7 @@ def _row(k: int, name: str, diagnosis: Diagnosis) -> list[Cell]:
 
 def _not_diagnosed(name: str, reason: str) -> list[Cell]:
     verdict = Cell("Not diagnosed", sort=f"{len(_RANK)}", mark="unknown")
-    return [Cell(name), verdict, *6 * [NOTHING], Cell(reason)]
+    return [Cell(name), verdict, *6 * [EMPTY_CELL], Cell(reason)]
 
 
 def _data_quality(diagnosis: Diagnosis) -> tuple[str, StatusIcon]:

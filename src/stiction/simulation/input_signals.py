@@ -1,7 +1,7 @@
 """Input signals for valves and loops, one value per sample.
 
 The sampling period `dt` [s] is the last argument before the seed. Levels are in % of span (or in the units of the
-signal they are added to). Lengths are rounded to whole samples, at most `errors.MOST_SAMPLES`.
+signal they are added to). Lengths are rounded to whole samples, at most `errors.MAX_SAMPLES`.
 """
 
 from __future__ import annotations

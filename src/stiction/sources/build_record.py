@@ -77,7 +77,9 @@ class RecordBuilder:
         if loop_type == "other":
             loop_type = loop_type_of(name or origin.stem, numbered=not name)
             if not name and loop_type != "other":
-                notes.append(f"The file's name says that the loop is of type {loop_type}; give loop_type if it is not.")
+                notes.append(
+                    f"The file name says loop type {loop_type}; if that is wrong give the loop type (loop_type)."
+                )
         return LoopRecord(
             name or origin.stem,
             sampled.dt,

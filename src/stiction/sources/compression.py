@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import PurePosixPath
 from typing import TYPE_CHECKING, Any
 
-from stiction.errors import RecordError
+from stiction.errors import RecordError, Setting
 from stiction.sources.options import MAX_RATIO
 
 if TYPE_CHECKING:
@@ -37,8 +37,8 @@ class ByteLimit:
         if self.size > self.max_bytes:
             after = " after decompression" if self.compressed else ""
             raise RecordError(
-                f"{self.name}: is larger than {_megabytes(self.max_bytes)}{after} ({_megabytes(self.size)} so far); "
-                "export a shorter time or fewer columns, or raise the limit with max_bytes= or --max-bytes."
+                f"{self.name}: is larger than {_megabytes(self.max_bytes)}{after} ({_megabytes(self.size)} so far)",
+                remedy=("export a shorter time or fewer columns, or raise the limit with ", Setting("max_bytes")),
             )
         if self.compressed and self.size > max(MIN_RATIO_BYTES, MAX_RATIO * self.compressed):
             raise RecordError(

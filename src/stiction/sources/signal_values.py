@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.errors import RecordError
+from stiction.errors import RecordError, Setting
 from stiction.sources.roles.loop_roles import column_label
 from stiction.sources.values.bad_values import find_bad_values
 from stiction.sources.values.numeric_cells import parse_numbers
@@ -84,5 +84,6 @@ def refuse_without_numbers(loop: LoopRoles, role: str, bad: BadValues) -> None:
     cells = column.cells.drop_nulls().head(1).to_list() or [""]
     raise EmptySignalError(
         f"{table.origin.name}, line {table.first_line}, column {label}: holds no number for {role.upper()} (it begins "
-        f"with {str(cells[0])!r}); check the column or name another one with columns= (--column)."
+        f"with {str(cells[0])!r})",
+        remedy=("check the column or name another one with ", Setting("columns", {role: None})),
     )

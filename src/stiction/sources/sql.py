@@ -5,7 +5,7 @@ from __future__ import annotations
 from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
-from stiction.errors import ParameterError, RecordError
+from stiction.errors import ParameterError, RecordError, Setting
 from stiction.sources.database_url import connect, make_engine, refused_as, show_url
 from stiction.sources.options import MAX_BYTES
 from stiction.sources.table import Origin
@@ -126,7 +126,7 @@ def _select(
         statement = statement.where(or_(*(column.startswith(one, autoescape=True) for one in tags)))
     if since is not None or until is not None:
         if time is None:
-            raise ParameterError("since and until need the column of the time; give time.")
+            raise ParameterError("since and until need the column of the time", remedy=("give ", Setting("time")))
         low, high = (_bound(limit, time.type) for limit in (since, until))
         statement = statement.where(time >= low) if since is not None else statement
         statement = statement.where(time < high) if until is not None else statement

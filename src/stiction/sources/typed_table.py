@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from stiction.errors import RecordError
+from stiction.errors import RecordError, Setting
 from stiction.sources.table import SNIFF_ROWS, Origin, RawTable
 
 if TYPE_CHECKING:
@@ -71,8 +71,8 @@ def typed_table(
         with damage_refused(origin.name):
             if max_bytes is not None and 8 * count_rows() * len(positions) > max_bytes:
                 raise RecordError(
-                    f"{origin.name}: {count_rows():,} rows of {len(positions)} columns are more than {max_bytes:,} "
-                    "bytes; read one loop with tag, or allow more with max_bytes."
+                    f"{origin.name}: {count_rows():,} rows of {len(positions)} columns exceed {max_bytes:,} bytes",
+                    remedy=("read one loop with ", Setting("tag"), ", or allow more with ", Setting("max_bytes")),
                 )
             return lazy.select(_to_plain_type(names[k], types[names[k]]) for k in positions).collect()
 

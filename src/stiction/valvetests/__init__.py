@@ -1,4 +1,4 @@
-"""The valve on its own: plan and analyse ramp and step tests."""
+"""Valve tests: plan and analyse ramp and step tests."""
 
 from stiction.valvetests.compare import TestComparison, compare_tests
 from stiction.valvetests.plan import TestPlan

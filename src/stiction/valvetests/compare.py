@@ -1,4 +1,4 @@
-"""Two tests of one valve, before and after a repair."""
+"""Comparison of two tests of one valve, before and after a repair."""
 
 from __future__ import annotations
 
@@ -39,12 +39,12 @@ class TestComparison:
     after: ValveTest
     """The second test."""
     changes: tuple[Change, ...]
-    """Every quantity that both tests name."""
+    """Every quantity of both tests."""
 
     __test__ = False
 
     def summary(self) -> str:
-        """Say the changes in a few lines."""
+        """Summary of the changes in a few lines."""
         head = f"{self.before.record.tag}: {self.before.verdict} before, {self.after.verdict} after."
         rows = [
             f"{c.name}: {c.before.value:.3g} -> {c.after.value:.3g} {c.unit}, {c.verdict}"
@@ -80,8 +80,7 @@ def compare_tests(before: ValveTest, after: ValveTest) -> TestComparison:
     Raises
     ------
     ParameterError
-        When one is no valve test, one is a ramp test and the other a step test, or they were read from different
-        signals.
+        When an argument is not a valve test, the tests differ in kind, or they were read from different signals.
 
     Examples
     --------
@@ -97,11 +96,11 @@ def compare_tests(before: ValveTest, after: ValveTest) -> TestComparison:
         raise ParameterError(f"A {before.kind} and a {after.kind} cannot be compared; give two tests of the same kind.")
     if before.signal != after.signal:
         raise ParameterError(
-            f"One test was read from {before.signal}, the other from {after.signal}; give signal= the same in both."
+            f"One test was read from {before.signal}, the other from {after.signal}; give both the same signal=."
         )
-    there = after.quantities()
+    after_repair = after.quantities()
     return TestComparison(
-        before, after, tuple(_change(name, old, there[name]) for name, old in before.quantities().items())
+        before, after, tuple(_change(name, old, after_repair[name]) for name, old in before.quantities().items())
     )
 
 
@@ -120,7 +119,7 @@ def _change(name: str, old: Estimate, new: Estimate) -> Change:
 
 
 def _interval_of(estimate: Estimate) -> tuple[float, float]:
-    """Interval of an estimate; without one, two spreads or a tenth of the value either way."""
+    """Interval of an estimate; without one, plus or minus two spreads or a tenth of the value."""
     if math.isfinite(estimate.low) and math.isfinite(estimate.high):
         return estimate.low, estimate.high
     half = 2.0 * estimate.spread if math.isfinite(estimate.spread) else 0.1 * abs(estimate.value)

@@ -1,13 +1,11 @@
-r"""A stem that followed every ramp: the deadband between its ways, and the S that may hide in it.
+r"""A stem that followed every ramp: its deadband, and the largest S that the test cannot exclude.
 
-Nothing slipped that could be seen, so that there is no slip to fit. What is left is how far the stem of a rising OP
-stays behind that of a falling one,
+No slip was visible, so there is none to fit. The fit uses the difference between rising and falling OP,
 
 .. math:: u - x = c + d\,(D / 2 + \tau\,|\dot u|), \qquad d = \pm 1
 
-with u the OP and x the stem in the middle of each ramp, D the deadband and :math:`\tau` the lag behind OP. Slips
-smaller than the smallest stair that could have been seen may be there, so that S lies between D and D with one such
-stair.
+with u the OP and x the stem in the middle of each ramp, D the deadband and :math:`\tau` the lag of the stem.
+Slips below the smallest visible stair are possible, so S lies between D and D plus one such stair.
 """
 
 from __future__ import annotations
@@ -36,22 +34,22 @@ def fit_following(ramps: Sequence[OpRamp], found: Sequence[StemMoves]) -> tuple[
     ramps : sequence of OpRamp
         Ramps of the OP.
     found : sequence of Moves
-        What the stem did in each, in % of span.
+        Motion of the stem in each ramp [% of span].
 
     Returns
     -------
     tuple of Estimate
-        Deadband and S [% of span]; unknown where the stem did not follow in both ways.
+        Deadband and S [% of span]; unknown when the stem did not follow in both directions.
     """
     if not all(moved.follows for moved in found) or len({ramp.direction for ramp in ramps}) < 2:
         return Estimate(), Estimate()
-    rows, behind = [], []
+    rows, distances = [], []
     for ramp, moved in zip(ramps, found, strict=True):
         for one in moved.follows:
             rows.append((1.0, 0.5 * ramp.direction, ramp.rate))
-            behind.append(0.5 * (one.op_start + one.op_end - one.stem_start - one.stem_end))
+            distances.append(0.5 * (one.op_start + one.op_end - one.stem_start - one.stem_end))
     several = len({round(abs(ramp.rate), 9) for ramp in ramps}) > 1
-    A, y = np.array(rows)[:, : 3 if several else 2], np.array(behind)
+    A, y = np.array(rows)[:, : 3 if several else 2], np.array(distances)
     weights, *_ = np.linalg.lstsq(A, y, rcond=None)
     free = max(y.size - A.shape[1], 1)
     error = math.sqrt(float(np.sum((y - A @ weights) ** 2)) / free * float(np.linalg.pinv(A.T @ A)[1, 1]))

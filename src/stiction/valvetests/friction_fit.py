@@ -7,10 +7,10 @@ A spring-opposed valve rests where its input and its friction balance. With the 
 
     u = a + b\,x_{before} + m\,sb, \qquad u = a + b\,x_{after} + m\,(sb - sj), \qquad u = a + b\,x + m\,f_D
 
-at a slip, right after it, and while the stem follows. A stem that follows at a rate also trails by that rate times a
-lag (viscous friction, flow sensor), which two followed rates determine. A flow shows each slip late, too, by a time
-that slips at two rates determine. All are linear in a, b, sb, sb - sj, fD and the two times. Ramps in both directions
-determine the line; from one direction it has to be assumed.
+at a slip, right after it, and while the stem follows. While it follows, the stem also lags by the rate times a time
+constant (viscous friction, flow sensor), which two followed rates determine. A flow also shows each slip late, by a
+time that slips at two rates determine. All are linear in a, b, sb, sb - sj, fD and the two times. Ramps in both
+directions determine the line; from one direction it has to be assumed.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.records.quantiles import robust_std
 from stiction.valvetests.ramp_intervals import SystematicError, make_estimate, slip_covariance
 from stiction.valvetests.result import Estimate
 
@@ -30,13 +31,13 @@ if TYPE_CHECKING:
 __all__ = ["FrictionFit", "SlipRows", "fit_friction"]
 
 MIN_SLOPE_TRAVEL = 5.0
-"""Travel over which the slope of a position's frictionless line is worth fitting [% of span]."""
+"""Smallest travel over which the slope of the frictionless line of a position is fitted [% of span]."""
 MIN_SLIP_ERROR = 0.02
-"""What a slip on the slowest ramp may still be wrong by [% of span]."""
+"""Error of a slip on the slowest ramp [% of span]."""
 MIN_RATE_RATIO = 1.3
-"""Ratio of two rates above which they tell a lag from friction [-]."""
+"""Ratio of two rates above which lag and friction can be separated [-]."""
 OUTLIER_LIMIT_STD = 5.0
-"""Slips further than this from the fit, in robust standard deviations, are left out [-]."""
+"""Distance of a slip from the fit above which it is an outlier, in robust standard deviations [-]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,17 +57,17 @@ class SlipRows:
     followed: NDArray[np.bool_]
     """Whether the stem then followed, shape (n_slips,)."""
     hidden_jump: NDArray[np.float64]
-    """Jump of hidden stairs that began with the slip [% of span]; NaN where the jump was seen itself, (n_slips,)."""
+    """Jump of hidden stairs that began with the slip [% of span]; NaN when the jump itself is visible, (n_slips,)."""
     rise: NDArray[np.float64]
-    """Time that the slip was seen to take [s], shape (n_slips,)."""
+    """Visible duration of the slip [s], shape (n_slips,)."""
     follow_slip: NDArray[np.int64]
     """Slip before each point of following [-], shape (n_points,)."""
     follow_mean: NDArray[np.bool_]
     """Whether the point is on the mean line of hidden stairs, shape (n_points,)."""
     follow_op: NDArray[np.float64]
-    """OP there [% of span], shape (n_points,)."""
+    """OP at the point [% of span], shape (n_points,)."""
     follow_stem: NDArray[np.float64]
-    """Stem there [unit of the stem signal], shape (n_points,)."""
+    """Stem at the point [unit of the stem signal], shape (n_points,)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,23 +83,23 @@ class FrictionFit:
     sj: Estimate
     """Jump [% of span]."""
     lag: Estimate
-    """Distance kept from the frictionless line while following, fD, at rate 0 [% of span]."""
+    """Distance from the frictionless line while following, fD, at rate 0 [% of span]."""
     deadband: Estimate
-    """Twice the distance kept from the frictionless line, while following or after a jump [% of span]."""
+    """Twice the distance from the frictionless line while following or after a jump [% of span]."""
     S: Estimate
     """Deadband plus stickband, 2 sb - sj [% of span]."""
     delay: float
     """Lag of the following stem [s]; 0 when fewer than two rates were followed."""
     late: float
     """Time by which a flow shows a slip late [s]; 0 for a position, NaN for a flow that slipped at one rate only."""
-    doubt: SystematicError
-    """What may be wrong in every slip alike."""
+    systematic_error: SystematicError
+    """Systematic error of all slips."""
     stick_bands: NDArray[np.float64]
     """Stick band of each slip [% of span], shape (n_slips,)."""
     jumps: NDArray[np.float64]
     """Jump of each slip [% of span], shape (n_slips,)."""
     both_directions: bool
-    """Whether slips were seen opening and closing."""
+    """Whether there are slips in both directions."""
 
 
 def fit_friction(rows: SlipRows, is_position: bool, *, dt: float, op_step: float, rounding: float) -> FrictionFit:
@@ -120,23 +121,23 @@ def fit_friction(rows: SlipRows, is_position: bool, *, dt: float, op_step: float
     Returns
     -------
     FrictionFit
-        Without sb and lag when a flow was seen to slip in one direction only: its zero is unknown.
+        Without sb and lag when a flow has slips in one direction only: its zero is unknown.
     """
     n = rows.op.size
     both = np.unique(rows.direction).size == 2
     span = float(np.ptp(np.concatenate([rows.before, rows.after, rows.follow_stem])))
     free_slope = not is_position or (both and span >= MIN_SLOPE_TRAVEL)
-    seen = np.flatnonzero(np.isnan(rows.hidden_jump))
+    visible = np.flatnonzero(np.isnan(rows.hidden_jump))
     hidden = np.flatnonzero(np.isfinite(rows.hidden_jump))
     follow, mean = np.flatnonzero(~rows.follow_mean), np.flatnonzero(rows.follow_mean)
-    sizes = n, seen.size, follow.size, mean.size, hidden.size
+    sizes = n, visible.size, follow.size, mean.size, hidden.size
     sort = np.repeat(np.arange(5), sizes)
-    slip = np.concatenate([np.arange(n), seen, rows.follow_slip[follow], rows.follow_slip[mean], hidden])
+    slip = np.concatenate([np.arange(n), visible, rows.follow_slip[follow], rows.follow_slip[mean], hidden])
     op = np.concatenate(
-        [rows.op, rows.op[seen], rows.follow_op[follow], rows.follow_op[mean], rows.hidden_jump[hidden]]
+        [rows.op, rows.op[visible], rows.follow_op[follow], rows.follow_op[mean], rows.hidden_jump[hidden]]
     )
     stem = np.concatenate(
-        [rows.before, rows.after[seen], rows.follow_stem[follow], rows.follow_stem[mean], np.zeros(hidden.size)]
+        [rows.before, rows.after[visible], rows.follow_stem[follow], rows.follow_stem[mean], np.zeros(hidden.size)]
     )
     # Columns sb, sb - sj and fD: the mean line of stairs lies half way between the first two, a jump is the
     # difference of these.
@@ -157,19 +158,19 @@ def fit_friction(rows: SlipRows, is_position: bool, *, dt: float, op_step: float
     columns += [stem] if free_slope else []
     design, target = np.stack(columns, axis=1), op if free_slope else op - stem
 
-    # While a sample or a slip lasts OP goes on: a slow ramp tells more than a fast one.
-    # What follows after a slip does not stop late.
+    # OP moves on during a sample or a slip, so a slow ramp is more exact than a fast one.
+    # A stem that follows after its slip does not stop late.
     slides = np.abs(rows.rate) * (rows.rise + dt * ~(rows.followed & is_position))
     weight = 1.0 / (MIN_SLIP_ERROR + slides)
-    kept = np.ones(n, bool)
+    valid = np.ones(n, bool)
     best = _solve(design, target, weight[slip])
     for _ in range(2):
         miss = np.abs(target - design @ best)
         worst = np.zeros(n)
         np.maximum.at(worst, slip[sort < 2], miss[sort < 2])
-        kept = worst <= max(OUTLIER_LIMIT_STD * 1.4826 * float(np.median(worst)), 0.05)
-        best = _solve(design[kept[slip]], target[kept[slip]], weight[slip[kept[slip]]])
-    inside = kept[slip]
+        valid = worst <= max(OUTLIER_LIMIT_STD * robust_std(worst, centre=0.0), 0.05)
+        best = _solve(design[valid[slip]], target[valid[slip]], weight[slip[valid[slip]]])
+    inside = valid[slip]
     weights = weight[slip[inside], np.newaxis]
     spread = slip_covariance(slip[inside], weights * design[inside], weights[:, 0] * target[inside], best)
 
@@ -180,15 +181,17 @@ def fit_friction(rows: SlipRows, is_position: bool, *, dt: float, op_step: float
     bands = rows.direction * (rows.op - late * rows.rate - offset - slope * rows.before)
     jumps = rows.direction * (slope * (rows.after - rows.before) + delay * rows.rate * rows.followed)
     jumps = np.where(np.isnan(rows.hidden_jump), jumps, rows.hidden_jump)
-    slide = float(np.average(slides[kept], weights=weight[kept] ** 2))
-    pace = float(np.average(np.abs(rows.rate[kept]), weights=weight[kept] ** 2))
-    # A flow shows a slip by its slope, a sample early or late.
+    slide = float(np.average(slides[valid], weights=weight[valid] ** 2))
+    pace = float(np.average(np.abs(rows.rate[valid]), weights=weight[valid] ** 2))
+    # A flow shows a slip by its slope, up to one sample early or late.
     grain = (0.5 if is_position else 1.0) * pace * dt + 0.5 * (op_step + abs(slope) * rounding)
-    # What a stem lags while following may lie before the friction, and then holds a slip back as well.
+    # The lag of a stem that follows can act before the friction, and then delays a slip as well.
     late_by = pace * max(delay, 0.0) if is_position else 0.0 if free_late else slide
     doubt = SystematicError(grain, slide, late_by, 0.0 if is_position or free_lag else slide, not is_position)
 
-    def told(name: str, weights: tuple[float, ...], readings: NDArray[np.float64], times: float = 1.0) -> Estimate:
+    def estimate_of(
+        name: str, weights: tuple[float, ...], readings: NDArray[np.float64], times: float = 1.0
+    ) -> Estimate:
         contrast = np.zeros(best.size)
         contrast[: len(weights)] = weights
         below, above = doubt.bounds(name)
@@ -196,21 +199,21 @@ def fit_friction(rows: SlipRows, is_position: bool, *, dt: float, op_step: float
             times * float(contrast @ best),
             times * times * float(contrast @ spread @ contrast),
             times * readings,
-            int(kept.sum()),
+            int(valid.sum()),
             (times * below, times * above),
         )
 
-    sb, sj = told("sb", (1.0,), bands[kept]), told("sj", (1.0, -1.0), jumps[kept])
-    S = told("S", (1.0, 1.0), 2.0 * bands[kept] - jumps[kept])
-    lag, deadband = Estimate(), told("behind", (0.0, 1.0), bands[kept] - jumps[kept], 2.0)
+    sb, sj = estimate_of("sb", (1.0,), bands[valid]), estimate_of("sj", (1.0, -1.0), jumps[valid])
+    S = estimate_of("S", (1.0, 1.0), 2.0 * bands[valid] - jumps[valid])
+    lag, deadband = Estimate(), estimate_of("behind", (0.0, 1.0), bands[valid] - jumps[valid], 2.0)
     began = rows.follow_slip[follow]
-    # Without a kept row the column of fD is empty and its solution 0, which is no reading.
-    if kept[began].any():
+    # Without a valid row the column of fD is empty and its solution 0, which is not a reading.
+    if valid[began].any():
         trail = rows.follow_op[follow] - delay * rows.rate[began]
         lags = rows.direction[began] * (trail - offset - slope * rows.follow_stem[follow])
-        lag = told("follow", (0.0, 0.0, 1.0), lags)
-        following = told("follow", (0.0, 0.0, 1.0), lags, 2.0)
-        # The one that is known better: where stairs are many, a stretch of following may be stairs that were missed.
+        lag = estimate_of("follow", (0.0, 0.0, 1.0), lags)
+        following = estimate_of("follow", (0.0, 0.0, 1.0), lags, 2.0)
+        # Take the narrower interval: among many stairs, a period of following can be stairs that were not detected.
         deadband = min(following, deadband, key=_width)
     if not both and not is_position:
         bands, sb, lag, deadband, S = np.full(n, math.nan), Estimate(n=n), Estimate(), Estimate(), Estimate()

@@ -1,8 +1,8 @@
-r"""Stairs that the noise hides one by one, found together by their regularity.
+r"""Stairs too small to see singly in the noise, detected together by their regularity.
 
-Stairs of a jump sj in a ramp come every sj of OP. Less its straight line such a stem is a saw-tooth, whose first
-harmonic has the frequency rate / sj and the amplitude sj / pi (less behind a sensor's lag). Where the largest peak of
-the periodogram stands clear of the noise and has an amplitude that fits its frequency, it is a staircase.
+Stairs with the jump sj occur every sj of OP. Without its straight line such a stem is a saw-tooth, whose first harmonic
+has the frequency rate / sj and the amplitude sj / pi (smaller after the lag of a sensor). If the largest peak of the
+periodogram is clearly above the noise and its amplitude fits its frequency, it is a staircase.
 """
 
 from __future__ import annotations
@@ -21,23 +21,23 @@ if TYPE_CHECKING:
 __all__ = ["HiddenStairs", "find_hidden_stairs"]
 
 MAX_FALSE_ALARM = 1e-3
-"""Chance that noise alone makes such a peak in a ramp [-]."""
+"""Probability that noise alone gives such a peak in a ramp [-]."""
 AMPLITUDE_RATIO_RANGE = (0.3, 1.6)
-"""Amplitude of the peak over that of a saw-tooth of its period, least and most [-]."""
+"""Smallest and largest amplitude of the peak over the amplitude of a saw-tooth with its period [-]."""
 MIN_STAIRS = 3.0
-"""Fewest stairs in a ramp [-]."""
+"""Smallest number of stairs in a ramp [-]."""
 
 
 @dataclass(frozen=True, slots=True)
 class HiddenStairs:
-    """A staircase seen by its regularity, and its mean line at two points."""
+    """A staircase detected by its regularity, and its mean line at two points."""
 
     jump: float
     """Jump sj [% of span of the OP]."""
     op: tuple[float, float]
     """OP at the two points [% of span]."""
     stem: tuple[float, float]
-    """Mean line of the stem there [unit of the stem signal]."""
+    """Mean line of the stem at these points [unit of the stem signal]."""
 
 
 def find_hidden_stairs(
@@ -61,7 +61,7 @@ def find_hidden_stairs(
     HiddenStairs or None
         The staircase, if there is one.
     float
-        Smallest jump that would have been seen [unit of the stem signal]; infinite for a short ramp.
+        Smallest detectable jump [unit of the stem signal]; infinite for a short ramp.
     """
     n = time.size
     if n < 24:
@@ -75,13 +75,13 @@ def find_hidden_stairs(
     frequency = np.fft.rfftfreq(size, dt)
     band = (frequency * n * dt >= MIN_STAIRS) & (frequency <= 0.25 / dt)
     needed = math.log(max(0.25 * n, 1.0) / MAX_FALSE_ALARM)
-    seen = math.pi * sigma * math.sqrt(4.0 * needed / n)
+    smallest = math.pi * sigma * math.sqrt(4.0 * needed / n)
     k = int(np.flatnonzero(band)[np.argmax(power[band])])
     jump = abs(ramp.rate) / float(frequency[k])
     amplitude = 2.0 * math.sqrt(float(power[k]) / n)
     ratio = amplitude * math.pi / (jump * abs(gain))
     if power[k] < needed * sigma * sigma or not AMPLITUDE_RATIO_RANGE[0] <= ratio <= AMPLITUDE_RATIO_RANGE[1]:
-        return None, seen
+        return None, smallest
     ends = time[n // 8], time[n - 1 - n // 8]
     line = tuple(float(stem.mean() + slope * (t - time.mean())) for t in ends)
-    return HiddenStairs(jump, (ramp.line.at(ends[0]), ramp.line.at(ends[1])), (line[0], line[1])), seen
+    return HiddenStairs(jump, (ramp.line.at(ends[0]), ramp.line.at(ends[1])), (line[0], line[1])), smallest

@@ -1,4 +1,4 @@
-"""A planned test: the OP to give, when, and what it asks of the plant."""
+"""A planned valve test: its OP over time and its effect on the plant."""
 
 from __future__ import annotations
 
@@ -29,15 +29,15 @@ class TestPlan:
     dt: float
     """Sampling period [s]."""
     op: NDArray[np.float64] = field(repr=False, compare=False)
-    """OP to give [% of span], shape (n_samples,)."""
+    """OP of the test [% of span], shape (n_samples,)."""
     start: float
     """OP before and after the test [% of span]."""
     upset: float
     """Largest departure of the OP from its start [% of span]."""
     notes: tuple[str, ...]
-    """What the plan does and what to look out for, a sentence each."""
+    """Notes on the plan, one sentence each."""
     settings: dict[str, Any]
-    """What the plan was made from."""
+    """Arguments of the plan."""
 
     __test__ = False
 
@@ -52,7 +52,7 @@ class TestPlan:
         return self.op.size * self.dt
 
     def summary(self) -> str:
-        """Say the plan in words."""
+        """Summary of the plan in words."""
         head = (
             f"{self.kind.capitalize()}: {_format_duration(self.duration)} in manual, OP from {self.op.min():g} to "
             f"{self.op.max():g} %, at most {self.upset:g} % from its start at {self.start:g} %."
@@ -60,7 +60,7 @@ class TestPlan:
         return "\n".join([head, *self.notes])
 
     def to_dict(self) -> dict[str, Any]:
-        """Turn into a JSON-ready form, without the series."""
+        """JSON-ready form, without the series."""
         return {
             "kind": self.kind,
             "dt_s": self.dt,
@@ -72,7 +72,7 @@ class TestPlan:
         }
 
     def to_csv(self, path: str | os.PathLike[str]) -> Path:
-        """Write `time_s,OP` for an operator or a control system; the file appears whole or not at all.
+        """Write `time_s,OP` for an operator or a control system; an error leaves no incomplete file.
 
         Raises
         ------
@@ -99,11 +99,11 @@ class TestPlan:
 
 
 def require_range_in_span(low: float, high: float, names: tuple[str, str] = ("low", "high")) -> tuple[float, float]:
-    """Return (low, high) as numbers with 0 <= low < high <= 100, or say what is wrong with them."""
+    """Return (low, high) as numbers with 0 <= low < high <= 100, or raise when they are not."""
     low, high = require_finite(names[0], low, "% of span"), require_finite(names[1], high, "% of span")
     if not 0.0 <= low < high <= 100.0:
         raise ParameterError(
-            f"{names[0]} = {low:g} % and {names[1]} = {high:g} % are no range; "
+            f"{names[0]} = {low:g} % and {names[1]} = {high:g} % are not a range in the span; "
             f"give 0 <= {names[0]} < {names[1]} <= 100."
         )
     return low, high

@@ -1,4 +1,4 @@
-"""Ramp test: what sticks, what slips and at which rate the stem starts to follow."""
+"""Analysis of a ramp test: stick band, jump, and the rate above which the stem follows."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 __all__ = ["analyse_ramp"]
 
 REVERSED_POSITION_GAIN = -0.5
-"""Travel per OP travel below which a position is the closing, not the opening [-]."""
+"""Travel over OP travel below which the position signal shows closing instead of opening [-]."""
 
 
 def analyse_ramp(
@@ -43,15 +43,15 @@ def analyse_ramp(
     record : LoopRecord
         OP [% of span] driven in ramps with the loop in manual, and the valve position `mv` or a flow `pv`.
     signal : {"mv", "pv"}, optional
-        What shows the stem; by default `mv` where it was recorded, else `pv`.
+        Signal that shows the stem; by default `mv` where it was recorded, else `pv`.
     lag : float
-        Known first-order lag between the OP and the force on the stem (transducer, actuator) [s]; left out, it shifts
-        sb by the rate times the lag. The lag of a flow is found from the rates tested, two at least: from one rate it
-        cannot be told from deadband, and the intervals are widened by it.
+        Known first-order lag between the OP and the force on the stem (transducer, actuator) [s]; without it sb is
+        wrong by the rate times the lag. The lag of a flow is found from the rates tested, two at least: from one rate
+        it cannot be separated from deadband, and the intervals are wider.
     limit : float
         Limit on deadband plus stickband, S [% of span].
     bins : int
-        Number of stretches of the travel over which sb and sj are reported.
+        Number of travel ranges for which sb and sj are reported.
 
     Returns
     -------
@@ -60,18 +60,18 @@ def analyse_ramp(
     Raises
     ------
     RecordError
-        When the OP holds no ramp or reacts to PV, the stem was not recorded, or more than a fifth of it is missing.
+        When the OP has no ramp or reacts to PV, the stem was not recorded, or more than a fifth of it is missing.
     ParameterError
         When `signal` is unknown, `lag` is negative, or `limit` or `bins` is not positive.
 
     Notes
     -----
-    OP and stem are cut into rests and straight lines. A rest followed by another level is a slip; a line with
+    OP and stem are divided into rests and straight lines. A rest followed by another level is a slip; a line with
     about the slope of the OP is following. sb, sj and the frictionless line come from one least-squares fit. Their
     intervals hold the scatter from slip to slip, the sampling and rounding of the record, the travel of the OP while
-    a slip goes on and, for a flow tested at one rate, the lag that such a test cannot tell from deadband. r lies
-    between the fastest ramp that went in stairs and the slowest that was followed; it is known no better than the
-    rates tested. Stairs too small for the noise are sought together, by their regularity.
+    a slip goes on and, for a flow tested at one rate, the lag that such a test cannot separate from deadband. r lies
+    between the fastest ramp with stairs and the slowest ramp that the stem followed, so its accuracy depends on the
+    tested rates. Stairs too small to see in the noise are detected by their regularity.
 
     References
     ----------
@@ -108,7 +108,7 @@ def analyse_ramp(
     valve, position, model, residual = _compare_with_record(record, reading, op_line, fit, r_low, r_high)
     stuck = max(moved.lead for moved in found)
     unknown = open_questions(reading, ramps, fit, stuck, r_low, r_high, contradiction)
-    verdict, reason = ramp_verdict(sb, sj, S, stuck, limit, reading.signal, fit.doubt if fit else None)
+    verdict, reason = ramp_verdict(sb, sj, S, stuck, limit, reading.signal, fit.systematic_error if fit else None)
     return RampTest(
         record, reading.signal, verdict, reason, limit, unknown, settings,
         sb, sj, r_low, r_high, deadband, S,
@@ -119,7 +119,7 @@ def analyse_ramp(
 
 
 def _classify_ramps(reading: StemSignal, ramps: tuple[OpRamp, ...], tag: str) -> tuple[tuple[StemMoves, ...], float]:
-    """Moves in every ramp, and the step to which the stem is rounded [its unit]."""
+    """Motion of the stem in every ramp, and the step to which the stem is rounded [its unit]."""
     inside = [slice(ramp.line.first, ramp.line.last) for ramp in ramps]
     tested = np.concatenate([reading.stem[part] for part in inside])
     driven = np.concatenate([reading.op[part] for part in inside])
@@ -128,8 +128,8 @@ def _classify_ramps(reading: StemSignal, ramps: tuple[OpRamp, ...], tag: str) ->
     if reading.signal == "mv":
         if gain < REVERSED_POSITION_GAIN:
             raise RecordError(
-                f"The valve position of {tag} goes against the OP, by {gain:.2g} % per %; give 100 minus it, the "
-                "opening that the OP asks for."
+                f"The valve position of {tag} moves against the OP, by {gain:.2g} % per %; give 100 minus this "
+                "signal: the opening."
             )
         gain = 1.0
     rounding = quantisation_step(tested, MAX_ROUNDING_STEP * abs(gain))

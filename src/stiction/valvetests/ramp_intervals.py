@@ -1,15 +1,14 @@
-r"""Intervals of what a ramp test reads: the scatter from slip to slip, and what no scatter shows.
+r"""Intervals of the results of a ramp test: scatter from slip to slip, and systematic errors.
 
 The scatter comes from a jackknife: each slip with its rows is left out in turn (cluster-robust covariance CR3), with
-Student's factor for the few slips of a test. It does not hold what is wrong in every slip alike:
+Student's factor for the few slips of a test. Systematic errors, the same in every slip, are not in it:
 
 - the grain of the record: OP goes on by an increment from sample to sample, and signals are rounded;
-- the slide: OP goes on while the stem slips, so the stem stops up to that much later than it broke loose, and its
-  jump is larger;
-- the lateness: a flow answers behind a lag and a dead time, and OP goes on meanwhile. At one rate that looks like
-  friction. The time the flow takes for 86 % of a slip, two time constants, holds the lag and a dead time as long.
+- the slide: OP moves on while the stem slips, so the stem stops later and its jump is larger;
+- the delay: a flow reacts after a lag and a dead time, while OP moves on. At a single rate this looks like friction.
+  The time of the flow for 86 % of a slip, two time constants, covers the lag and a dead time of the same length.
 
-They are added to the scatter as they are, and not in squares: repeating the ramp does not make them smaller.
+They are added to the scatter linearly, not in squares: repeating the ramp does not reduce them.
 """
 
 from __future__ import annotations
@@ -28,31 +27,30 @@ if TYPE_CHECKING:
 __all__ = ["SystematicError", "make_estimate", "slip_covariance"]
 
 INTERVAL_QUANTILE = 0.975
-"""Chance below the upper end of an interval of 95 % [-]."""
+"""Probability below the upper end of a 95 % interval [-]."""
 
 
 @dataclass(frozen=True, slots=True)
 class SystematicError:
-    """What may be wrong in every slip alike."""
+    """Systematic error of all slips."""
 
     grain: float
     """Half an increment of OP, and half a step of rounding [% of span]."""
     slide: float
-    """OP travel while a slip is seen to go on [% of span]."""
+    """OP travel during the visible part of a slip [% of span]."""
     late: float
-    """OP travel by which a slip may be seen late; 0 where it is told by several rates, or the stem is seen itself
-    [% of span]."""
+    """Largest OP travel by which a slip is visible late; 0 with several rates or a measured position [% of span]."""
     trail: float
-    """OP travel by which a flow may trail a stem that follows; 0 where it is told by several rates, or the stem is
-    seen itself [% of span]."""
+    """Largest OP travel by which a flow lags a stem that follows; 0 with several rates or a measured position
+    [% of span]."""
     flow: bool
     """Whether the stem is read from a flow, whose lag can hide a part of a jump."""
 
     def bounds(self, name: str) -> tuple[float, float]:
-        """(below, above) the value of `name` that the truth may be [% of span].
+        """Largest error of `name` (below, above) its value [% of span].
 
-        `behind` is the distance from the frictionless line after a jump, `follow` that of a stem that follows, `S` the
-        sum of sb and `behind`.
+        `behind` is the distance from the frictionless line after a jump, `follow` the distance while following, `S`
+        the sum of sb and `behind`.
         """
         grain, slide, late = self.grain, self.slide, self.late
         return {
@@ -69,7 +67,7 @@ def slip_covariance(
 ) -> NDArray[np.float64]:
     """Covariance of the least-squares solution `best` over slips, shape (n_columns, n_columns).
 
-    Rows of one slip share `slip` (n_rows,) and are wrong together.
+    Rows of one slip have the same number in `slip` (n_rows,) and a common error.
     """
     inverse = np.linalg.pinv(design.T @ design, hermitian=True)
     miss = target - design @ best

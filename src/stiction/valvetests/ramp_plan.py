@@ -1,4 +1,4 @@
-"""Plan a ramp test: rates around an expected threshold, up and down, with rests between."""
+"""Plan of a ramp test: rates around an expected threshold, up and down, with rests between."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 __all__ = ["plan_ramp_test"]
 
 RATE_MULTIPLES = (4.0, 1.25, 0.8, 0.5)
-"""Rates tried about the expected threshold, as multiples of it [-]; the fast ones first, they cost least."""
+"""Tested rates over the expected threshold [-], the fast rates first."""
 
 
 def plan_ramp_test(
@@ -37,7 +37,7 @@ def plan_ramp_test(
     low, high : float
         Range of the OP [% of span], within 0 and 100.
     threshold : float, optional
-        Expected rate r below which the valve goes in stairs [% of span / s]; the rates are chosen about it.
+        Expected rate r below which the valve moves in stairs [% of span / s]; the rates are chosen around it.
     rates : float or sequence of float, optional
         Rates to test instead [% of span / s].
     wait : float
@@ -49,7 +49,7 @@ def plan_ramp_test(
     S : float, optional
         Expected deadband plus stickband [% of span]; the range must exceed twice this, or the stem hardly slips.
     repeats : int
-        How often each rate is tested up and down.
+        Number of tests up and down at each rate.
 
     Returns
     -------
@@ -59,7 +59,7 @@ def plan_ramp_test(
     Raises
     ------
     ParameterError
-        When the range, a rate or a time makes no sense, neither or both of `threshold` and `rates` are given, or
+        When the range, a rate or a time is outside its limits, neither or both of `threshold` and `rates` are given, or
         the range is too small for `S`.
 
     References
@@ -95,7 +95,7 @@ def plan_ramp_test(
         )
     if S is not None and high - low < 2.0 * require_positive("S", S, "% of span"):
         raise ParameterError(
-            f"The range of {high - low:g} % is less than twice S = {S:g} %: the stem would hardly slip; "
+            f"The range of {high - low:g} % is less than twice S = {S:g} %, and the stem would hardly slip; "
             "widen the range."
         )
     ramps = repeats * sum(2.0 * (high - low) / speed for speed in speeds)
@@ -118,8 +118,8 @@ def plan_ramp_test(
     listed = ", ".join(f"{speed:.3g}" for speed in speeds)
     notes = (
         f"Rates {listed} %/s, each {repeats} time{'s' if repeats > 1 else ''} up and down, with {wait:g} s of rest.",
-        "Record OP and the valve position at every sample; a flow beside the valve will do where there is none.",
-        f"r will be known to lie between two of these rates; it can see a deadband plus stickband of up to "
+        "Record OP and the valve position at every sample; without a position signal, record a flow.",
+        f"The test shows r between two of these rates, and a deadband plus stickband of up to "
         f"{0.5 * (high - low):g} %.",
     )
     settings = {

@@ -1,4 +1,4 @@
-"""Stairs or following: the behaviour of each ramp, and the rate r that lies between."""
+"""Behaviour of the stem in each ramp, and the range of the rate r."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ if TYPE_CHECKING:
 __all__ = ["bracket_rate", "classify_ramps"]
 
 MIN_MAJORITY_SHARE = 0.65
-"""Share of the OP travel after the first slip that decides [-]."""
+"""Share of the OP travel after the first slip above which a behaviour is assigned [-]."""
 
 
 def classify_ramps(
     ramps: tuple[OpRamp, ...], found: tuple[StemMoves, ...], fit: FrictionFit | None
 ) -> tuple[Ramp, ...]:
-    """Name what the stem did in each ramp."""
+    """Classify the motion of the stem in each ramp."""
     slope = abs(fit.slope) if fit else 1.0
     jump = abs(fit.sj.value) if fit else 0.0
     table: list[Ramp] = []
@@ -51,7 +51,7 @@ def _behaviour(moved: StemMoves, slope: float, jump: float) -> tuple[Behaviour, 
     if not moved.slips and not moved.follows:
         return "did not slip", f"the stem rested over {moved.lead:.3g} % of OP travel"
     if moved.hidden:
-        return "staircase", f"stairs of {moved.hidden.jump:.2g} %, seen by their regularity"
+        return "staircase", f"stairs of {moved.hidden.jump:.2g} %, detected by their regularity"
     followed = sum(abs(follow.op_end - follow.op_start) for follow in moved.follows)
     rested = moved.rest_travel
     smallest = slope * moved.smallest_stair

@@ -1,4 +1,4 @@
-"""What a ramp test says."""
+"""Result of a ramp test."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["RampTest"]
 
 @dataclass(frozen=True)
 class RampTest(ValveTest):
-    """What a ramp test says: the three parameters of the paper's valve, and every stick and slip."""
+    """Result of a ramp test: the three parameters of the paper's valve, and every stick and slip."""
 
     sb: Estimate
     """Stick band of eq. 5: OP beyond the frictionless position at which the stem breaks loose [% of span]. It is not
@@ -27,15 +27,15 @@ class RampTest(ValveTest):
     sj: Estimate
     """Jump of the stem when it breaks loose [% of span]."""
     r_low: float
-    """Fastest rate that still went in stairs: r is above it [% of span / s]; NaN when none did. Where ramps
-    contradict each other, the slowest that was followed: r is somewhere between."""
+    """Fastest rate with stairs: r is above it [% of span / s]; NaN when there is none. If ramps contradict each other,
+    the slowest rate that the stem followed: r is between the two."""
     r_high: float
-    """Slowest rate that was followed: r is at most this [% of span / s]; NaN when none was. Where ramps contradict each
-    other, the fastest that went in stairs."""
+    """Slowest rate that the stem followed: r is at most this [% of span / s]; NaN when there is none. If ramps
+    contradict each other, the fastest rate with stairs."""
     deadband: Estimate
-    """Twice the lag of the moving stem behind its frictionless line, 2 (sb - sj) [% of span]."""
+    """Twice the distance of the moving stem from its frictionless line, 2 (sb - sj) [% of span]."""
     S: Estimate
-    """Deadband plus stickband, 2 sb - sj: the lag both ways and the jump [% of span]."""
+    """Deadband plus stickband, 2 sb - sj [% of span]."""
     offset: float
     """OP of the frictionless valve at position (or flow) 0 [% of span]."""
     slope: float
@@ -62,12 +62,12 @@ class RampTest(ValveTest):
     brackets = "95 % intervals; for r the rates tested between which it lies"
 
     def quantities(self) -> dict[str, Estimate]:
-        """Name what the test measured."""
+        """Measured quantities by name."""
         middle = math.sqrt(self.r_low * self.r_high) if self.r_low > 0.0 and self.r_high > 0.0 else math.nan
         rate = Estimate(middle, self.r_low, self.r_high, n=len(self.ramps))
         return {"sb": self.sb, "sj": self.sj, "r": rate, "deadband": self.deadband, "S": self.S}
 
     def to_dict(self) -> dict[str, Any]:
-        """Turn into a JSON-ready form, without the two long series."""
+        """JSON-ready form, without the two long series."""
         names = [name for name in self.__dataclass_fields__ if name not in ("position", "model", "valve")]
         return {"kind": self.kind, **{name: json_ready(getattr(self, name)) for name in names}}

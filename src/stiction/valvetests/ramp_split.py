@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 __all__ = ["OpRamp", "find_ramps"]
 
 MIN_RAMP_TRAVEL = 0.5
-"""Least OP travel of a ramp [% of span]."""
+"""Smallest OP travel of a ramp [% of span]."""
 MIN_RAMP_SAMPLES = 20
-"""Fewest samples of a ramp [-]."""
+"""Smallest number of samples of a ramp [-]."""
 MAX_OP_NOISE = 0.5
 """OP noise above which the OP is not a test signal [% of span]."""
 MAX_RATE_DIFFERENCE = 0.25
@@ -56,12 +56,12 @@ class OpRamp:
 
 
 def find_ramps(reading: StemSignal, tag: str) -> tuple[tuple[OpRamp, ...], list[Segment]]:
-    """Ramps of the OP, and the whole OP as pieces.
+    """Ramps of the OP, and the whole OP as segments.
 
     Raises
     ------
     RecordError
-        When the OP holds no ramp or reacts to PV, with what it holds instead.
+        When the OP has no ramp or reacts to PV.
     """
     if reading.op_sigma > MAX_OP_NOISE and reading.op_step < MAX_OP_NOISE:
         raise RecordError(
@@ -75,12 +75,12 @@ def find_ramps(reading: StemSignal, tag: str) -> tuple[tuple[OpRamp, ...], list[
         rests = sum(piece.slope == 0.0 for piece in pieces)
         if rests >= 3:
             raise RecordError(
-                f"The OP of {tag} moves in steps ({rests} rests), not in ramps; use analyse_steps. Steps cannot "
-                "tell the rate r: see plan_ramp_test."
+                f"The OP of {tag} moves in steps ({rests} rests), not in ramps; use analyse_steps. Steps do not "
+                "show the rate r: see plan_ramp_test."
             )
         swing = float(np.ptp(reading.op))
         raise RecordError(
-            f"The OP of {tag} holds no ramp of {MIN_RAMP_TRAVEL} % and {MIN_RAMP_SAMPLES} samples (it spans "
+            f"The OP of {tag} has no ramp of {MIN_RAMP_TRAVEL} % and {MIN_RAMP_SAMPLES} samples (it spans "
             f"{swing:.3g} %); drive it up and down as plan_ramp_test says."
         )
     return ramps, pieces

@@ -81,7 +81,7 @@ def ramp_events(
 
 
 def ramps_by_travel(rows: SlipRows, fit: FrictionFit | None, bins: int) -> tuple[TravelBin, ...]:
-    """Stick band and jump in `bins` stretches of the travel, by direction."""
+    """Stick band and jump in `bins` ranges of the travel, by direction."""
     if fit is None:
         return ()
     place = fit.offset + fit.slope * rows.before

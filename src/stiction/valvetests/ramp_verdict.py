@@ -1,4 +1,4 @@
-"""What a ramp test says in words: the verdict, and what it leaves unknown."""
+"""Verdict of a ramp test in words, and its open questions."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 __all__ = ["open_questions", "ramp_verdict"]
 
 MAX_NEGATIVE_VALUE = 0.25
-"""What noise may take a quantity below 0 in a good test [% of span], and as a share of S."""
+"""Largest negative value that noise gives a quantity in a good test [% of span], also as a share of S."""
 
 
 def ramp_verdict(
@@ -28,19 +28,19 @@ def ramp_verdict(
     signal: str,
     doubt: SystematicError | None = None,
 ) -> tuple[Verdict, str]:
-    """Verdict on deadband plus stickband S [% of span], read from `signal`; `doubt` is in the intervals.
+    """Verdict on deadband plus stickband S [% of span], read from `signal`; the intervals include `doubt`.
 
-    `stuck` is the longest OP travel without any slip [% of span]. A stem that began somewhere in its band of S + J may
-    rest so long with half of it as S.
+    `stuck` is the longest OP travel without any slip [% of span]. A stem that starts in
+    the middle of its band of S + J can rest that long with half of it as S.
     """
     allowed = MAX_NEGATIVE_VALUE * max(1.0, S.value if S.known else 0.0)
     for key, name, found in (("S", "S, deadband plus stickband,", S), ("sb", "sb", sb), ("sj", "sj", sj)):
-        # What is wrong in every slip alike takes an interval below 0 in a good test too: only scatter counts.
-        known = doubt.of(key)[0] if doubt else 0.0
+        # A systematic error can put an interval below 0 in a good test too, so only scatter counts.
+        known = doubt.bounds(key)[0] if doubt else 0.0
         lowest = found.low + known if math.isfinite(found.low) else found.value
         if lowest < -allowed:
             return "undecided", (
-                f"{name} is {found.text()}, and no valve has one below 0: the slips do not go with the OP. Ramp in "
+                f"{name} is {found.text()}, which no valve can have: the slips do not follow the OP. Ramp in "
                 "manual, with nothing but OP moving the flow."
             )
     if not S.known:
@@ -52,7 +52,7 @@ def ramp_verdict(
                 f"The stem did not move over {stuck:.3g} % of OP travel, so S, deadband plus stickband, is at least "
                 f"{0.5 * stuck:.3g} %; limit {limit:g} %.",
             )
-        return "undecided", "S, deadband plus stickband, cannot be told from this test."
+        return "undecided", "S, deadband plus stickband, cannot be measured by this test."
     text = f"S, deadband plus stickband, is {S.text()}, limit {limit:g} %."
     if math.isfinite(S.low) and S.low <= limit <= S.high:
         return "undecided", f"{text} The interval holds the limit."
@@ -68,7 +68,7 @@ def open_questions(
     r_high: float,
     contradiction: bool,
 ) -> tuple[str, ...]:
-    """Say what the test cannot tell and what would."""
+    """Quantities that the test does not show, and the test that would show them."""
     lines: list[str] = []
     if fit is None and all(ramp.behaviour == "follow" for ramp in ramps):
         smallest = min(ramp.smallest_stair for ramp in ramps)
@@ -76,24 +76,24 @@ def open_questions(
         lines.append(f"sb, sj and r: the {what} followed every ramp; slips below {smallest:.2g} {unit} would not show.")
         return tuple(lines)
     if fit is None:
-        never = "the stem never broke loose; it" if reading.signal == "mv" else "the flow never answered; it"
+        never = "the stem never moved; it" if reading.signal == "mv" else "the flow never reacted; it"
         lines.append(f"sb, sj and r: {never} rested over up to {stuck:.3g} % of OP travel. Ramp further.")
         return tuple(lines)
     if not fit.both_directions:
         lines.append(
-            "the zero: slips in one direction only, so the valve was taken to sit at its OP when free of friction. "
+            "the zero: slips in one direction only, so the position was assumed to equal OP without friction. "
             "Ramp up and down."
             if reading.signal == "mv"
-            else "sb and deadband: slips in one direction only, so the stick band cannot be told apart from the zero "
+            else "sb and deadband: slips in one direction only, so the stick band cannot be separated from the zero "
             "of the flow. Ramp up and down."
         )
-    if reading.signal == "pv" and fit.doubt.late > 0.0:
+    if reading.signal == "pv" and fit.systematic_error.late > 0.0:
         pace = max(abs(ramp.rate) for ramp in ramps)
         lines.append(
             f"lag from deadband: the slips came at one rate, {pace:.3g} %/s, at which the lag and the dead time of the "
             f"flow look like deadband and make S too large, by up to {2.0 * pace:.2g} % per second of each. The "
-            f"intervals allow for the {fit.doubt.late / pace:.2g} s that a slip took to show. Ramp at a second rate, "
-            "slower by half or more."
+            f"intervals allow for the {fit.systematic_error.late / pace:.2g} s that a slip took to show. Ramp at a "
+            "second rate, slower by half or more."
         )
     lines += _rate_questions(ramps, r_low, r_high, contradiction)
     if fit.sb.known and fit.sb.n < 3:
@@ -114,17 +114,17 @@ def open_questions(
 def _rate_questions(ramps: tuple[Ramp, ...], r_low: float, r_high: float, contradiction: bool) -> list[str]:
     if contradiction:
         return [
-            f"r: stairs at {r_high:.3g} %/s but following at {r_low:.3g} %/s; it varies over the travel or the "
-            "direction, or a noise hid the stairs. See the table of ramps."
+            f"r: stairs at {r_high:.3g} %/s but following at {r_low:.3g} %/s; r varies over the travel or the "
+            "direction, or noise hides the stairs. See the table of ramps."
         ]
     if math.isnan(r_low) and math.isnan(r_high):
-        return ["r: no ramp showed clearly whether the stem goes in stairs or follows. Ramp further."]
+        return ["r: no ramp shows clearly whether the stem moves in stairs or follows. Ramp further."]
     if math.isnan(r_low):
         smallest = min(ramp.smallest_stair for ramp in ramps)
         return [
-            f"r: every rate was followed, so r is at most {r_high:.3g} %/s, or stairs are below {smallest:.2g} %. "
+            f"r: the stem followed every rate, so r is at most {r_high:.3g} %/s, or stairs are below {smallest:.2g} %. "
             "Ramp slower."
         ]
     if math.isnan(r_high):
-        return [f"r: every rate went in stairs, so r is above {r_low:.3g} %/s. Ramp faster."]
+        return [f"r: every rate gave stairs, so r is above {r_low:.3g} %/s. Ramp faster."]
     return []

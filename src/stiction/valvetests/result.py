@@ -1,4 +1,4 @@
-"""What a valve test says: estimates with their spread, what stuck and slipped where, what cannot be known."""
+"""Results of valve tests: estimates with their spread, slips and rests, open questions."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Behaviour = Literal["staircase", "follow", "mixed", "did not slip", "cannot tell
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """A quantity with its 95 % interval and its spread; NaN where it cannot be known."""
+    """A quantity with its 95 % interval and its spread; NaN when unknown."""
 
     value: float = math.nan
     """Best value [unit of the quantity]."""
@@ -38,7 +38,7 @@ class Estimate:
         return math.isfinite(self.value)
 
     def text(self, unit: str = "%") -> str:
-        """Say the value in words, such as '5.1 % (5.02 to 5.18)'."""
+        """The value in words, such as '5.1 % (5.02 to 5.18)'."""
         if not self.known:
             return "cannot tell"
         band = f" ({self.low:.3g} to {self.high:.3g})" if math.isfinite(self.low) else ""
@@ -69,7 +69,7 @@ class StemEvent:
 
 @dataclass(frozen=True, slots=True)
 class Ramp:
-    """One ramp of the test and what the stem did in it."""
+    """One ramp of the test and the motion of the stem in it."""
 
     start: float
     """Start [s]."""
@@ -90,14 +90,14 @@ class Ramp:
     sj: float
     """Mean jump of its slips [% of span]; NaN when unknown."""
     smallest_stair: float
-    """Smallest stair that the noise lets one see at this rate [% of span]."""
+    """Smallest stair visible above the noise at this rate [% of span]."""
     reason: str
-    """Why it is called so."""
+    """Reason for the behaviour."""
 
 
 @dataclass(frozen=True, slots=True)
 class TravelBin:
-    """Stick band and jump over one stretch of the travel in one direction."""
+    """Stick band and jump over one range of the travel in one direction."""
 
     low: float
     """Lower end [% of span]."""
@@ -119,36 +119,36 @@ class TravelBin:
 
 @dataclass(frozen=True)
 class ValveTest:
-    """What every valve test says."""
+    """Result of a valve test."""
 
     record: LoopRecord = field(repr=False, compare=False)
     """The record as analysed."""
     signal: str
-    """What the stem was read from: `mv` (valve position) or `pv` (flow)."""
+    """Signal that shows the stem: `mv` (valve position) or `pv` (flow)."""
     verdict: Verdict
-    """Whether deadband plus stickband keeps the limit."""
+    """Whether deadband plus stickband is within the limit."""
     reason: str
-    """Why, in a sentence or two."""
+    """Reason, in one or two sentences."""
     limit: float
     """Limit on deadband plus stickband [% of span]."""
     unknown: tuple[str, ...]
-    """What this test cannot tell, and what would, a sentence each."""
+    """Quantities that this test does not show, and the test that would, one sentence each."""
     settings: dict[str, Any]
-    """Settings the analysis ran with."""
+    """Settings of the analysis."""
 
     kind = "valve test"
     brackets = ""
 
     def quantities(self) -> dict[str, Estimate]:
-        """Name what the test measured; `compare_tests` compares these."""
+        """Measured quantities by name; `compare_tests` compares these."""
         raise NotImplementedError
 
     def to_dict(self) -> dict[str, Any]:
-        """Turn into a JSON-ready form."""
+        """JSON-ready form."""
         return {"kind": self.kind, **{name: json_ready(getattr(self, name)) for name in self.__dataclass_fields__}}
 
     def summary(self) -> str:
-        """Say the finding in a few lines."""
+        """Summary in a few lines."""
         found = ", ".join(f"{name} = {value.text(unit_of(name))}" for name, value in self.quantities().items())
         lines = [f"{self.record.tag} ({self.kind}, read from {self.signal.upper()}): {self.verdict}. {self.reason}"]
         lines.append(f"{found}. In brackets: {self.brackets}.")
@@ -164,7 +164,7 @@ def unit_of(name: str) -> str:
 
 
 def json_ready(value: Any) -> Any:
-    """Turn dataclasses, arrays and non-finite numbers into what JSON can hold; a record becomes its tag and source."""
+    """Turn dataclasses, arrays and non-finite numbers into JSON-ready values; a record becomes its tag and source."""
     from stiction.records import LoopRecord
 
     if isinstance(value, LoopRecord):

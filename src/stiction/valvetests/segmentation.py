@@ -1,8 +1,8 @@
-"""A signal as rests and straight lines: the exact best cut, found by dynamic programming.
+"""Segmentation of a signal into rests and straight lines, optimal by dynamic programming.
 
-Each piece is either a rest (a level) or a line (a level and a slope). The cut with the smallest sum of squared
-residuals over the noise variance, plus a price per piece, is found exactly (optimal partitioning); starts that
-can never become best again are dropped, which keeps the work near linear in the number of samples.
+Each segment is a rest (a level) or a line (a level and a slope). The segmentation with the smallest sum of squared
+residuals over the noise variance, plus a penalty per segment, is found exactly (optimal partitioning). Starts that can
+never become optimal are dropped, so that the work is nearly linear in the number of samples.
 
 References
 ----------
@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.models.numba_compile import kernel
+from stiction.records.quantiles import robust_std
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -29,8 +30,8 @@ __all__ = ["Segment", "noise_std", "quantisation_step", "segment_penalty", "segm
 def _best_cut(sums, variance, rest_price, line_price, best, origin, line, open_starts, beaten):
     """Fill `best`, `origin` and `line` (n + 1,) from `sums` (5, n + 1): running sums of t, x, tt, tx and xx.
 
-    A rest has three samples or more, a line two. A start that is beaten by a cut at j can still be best until a
-    rest fits behind j, and is dropped then. `open_starts` and `beaten` (n + 2,) are work space.
+    A rest has three samples or more, a line two. A start that loses against a cut at j can still be optimal until
+    a rest fits after j; then it is dropped. `open_starts` and `beaten` (n + 2,) are work space.
     """
     n = best.shape[0] - 1
     count = 1
@@ -57,7 +58,7 @@ def _best_cut(sums, variance, rest_price, line_price, best, origin, line, open_s
                     best[j] = best[i] + bent / variance + line_price
                     origin[j] = i
                     line[j] = 1
-        kept = 0
+        n_open = 0
         for c in range(count):
             i = open_starts[c]
             m = float(j - i)
@@ -71,12 +72,12 @@ def _best_cut(sums, variance, rest_price, line_price, best, origin, line, open_s
             if j - i >= 3 and at == n and best[i] + bent / variance > best[j]:
                 at = j
             if j < at + 2:
-                open_starts[kept] = i
-                beaten[kept] = at
-                kept += 1
-        open_starts[kept] = j
-        beaten[kept] = n
-        count = kept + 1
+                open_starts[n_open] = i
+                beaten[n_open] = at
+                n_open += 1
+        open_starts[n_open] = j
+        beaten[n_open] = n
+        count = n_open + 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,12 +93,12 @@ class Segment:
     end: float
     """Time of the last sample [s]."""
     level: float
-    """Mean of the signal over the piece [unit of the signal]."""
+    """Mean of the signal over the segment [unit of the signal]."""
     slope: float
     """Slope [unit of the signal / s]; 0 for a rest."""
 
     def at(self, time: float) -> float:
-        """Value of the piece at `time` [s], extended beyond its ends."""
+        """Value of the segment at `time` [s], extended beyond its ends."""
         return self.level + self.slope * (time - 0.5 * (self.start + self.end))
 
     @property
@@ -107,12 +108,12 @@ class Segment:
 
 
 def segment_penalty(n: int) -> float:
-    """Price of a rest among `n` samples [-]: three log n, after the modified Bayesian criterion."""
+    """Penalty of a rest among `n` samples [-]: three log n, after the modified Bayesian criterion."""
     return 3.0 * math.log(max(n, 8))
 
 
 def segment_signal(time: NDArray[np.float64], signal: NDArray[np.float64], sigma: float) -> list[Segment]:
-    """Cut a signal into rests and lines.
+    """Divide a signal into rests and lines.
 
     Parameters
     ----------
@@ -125,7 +126,7 @@ def segment_signal(time: NDArray[np.float64], signal: NDArray[np.float64], sigma
 
     Returns
     -------
-    list of Piece
+    list of Segment
         In order of time; empty for fewer than two samples.
 
     Examples
@@ -175,12 +176,12 @@ def quantisation_step(signal: NDArray[np.float64], largest: float) -> float:
 def noise_std(signal: NDArray[np.float64]) -> float:
     """Estimate the standard deviation of the noise [unit of the signal], from second differences over 1 and 3 samples.
 
-    Second differences do not see a ramp and their median absolute deviation does not see rare jumps; the longer
-    ones see noise that is correlated from sample to sample.
+    Second differences of a ramp are 0, and rare jumps do not change their median absolute deviation; differences over 3
+    samples include noise that is correlated from sample to sample.
     """
     spread = 0.0
     for lag in (1, 3):
         bend = signal[2 * lag :] - 2.0 * signal[lag:-lag] + signal[: -2 * lag]
         if bend.size >= 20:
-            spread = max(spread, float(np.median(np.abs(bend - np.median(bend)))))
-    return 1.4826 * spread / math.sqrt(6.0)
+            spread = max(spread, robust_std(bend))
+    return spread / math.sqrt(6.0)

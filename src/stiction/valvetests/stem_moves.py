@@ -1,4 +1,4 @@
-"""What the stem did in one ramp: rests, slips and following, from its best cut into rests and lines."""
+"""Motion of the stem in one ramp: rests, slips and following, from its segmentation."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ if TYPE_CHECKING:
 __all__ = ["Following", "Slip", "StemMoves", "classify_segments"]
 
 MAX_REST_SLOPE = 0.25
-"""A line below this share of the expected slope is a rest [-]."""
+"""Slope over the expected slope below which a line is a rest [-]."""
 MIN_REST_SHARE = 0.4
-"""A rest shorter than this share of the input travel that the jump about it calls for is none [-]."""
+"""Input travel of a rest over the jump before it, below which it is not a rest [-]."""
 MIN_CLEAR_RATIO = 3.0
-"""Jumps below this multiple of the smallest stair seen singly are also sought by their regularity [-]."""
+"""Jump over the smallest visible stair below which stairs are also detected by their regularity [-]."""
 RISE_SHARE = 0.865
-"""Share of a slip that two time constants of a lag show, 1 - exp(-2) [-]."""
+"""Share of a slip after two time constants of a lag, 1 - exp(-2) [-]."""
 MIN_SLIP_SLOPE = 3.0
-"""A line above this multiple of the expected slope is a slip in progress [-]."""
+"""Slope over the expected slope above which a line is part of a slip [-]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,17 +35,17 @@ class Slip:
     """The stem broke loose."""
 
     time: float
-    """When [s]."""
+    """Time of the slip [s]."""
     op: float
-    """OP then [% of span]."""
+    """OP at the slip [% of span]."""
     before: float
     """Stem at rest before [unit of the stem signal]."""
     after: float
     """Stem right after the jump [unit of the stem signal]."""
     stuck: float
-    """When the stem came to rest again [s]; NaN when it followed."""
+    """Time of the next rest [s]; NaN when the stem followed."""
     rise: float
-    """From the last sample at rest to the first that shows `PASSED` of the slip [s]."""
+    """Time from the last sample at rest to the first that shows `PASSED` of the slip [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,9 +53,9 @@ class Following:
     """The stem moved with its input."""
 
     start: float
-    """From [s]."""
+    """Start [s]."""
     end: float
-    """To [s]."""
+    """End [s]."""
     op_start: float
     """OP at the start [% of span]."""
     op_end: float
@@ -75,15 +75,15 @@ class StemMoves:
     slips: tuple[Slip, ...]
     """Every slip, in order."""
     follows: tuple[Following, ...]
-    """Every stretch of following, in order."""
+    """Every period of following, in order."""
     rest_travel: float
     """OP travel while the stem rested after its first slip [% of span]."""
     smallest_stair: float
-    """Smallest stair that could have been seen [unit of the stem signal]."""
+    """Smallest visible stair [unit of the stem signal]."""
     lead: float
     """Largest OP travel while the stem rested before any slip [% of span]."""
     hidden: HiddenStairs | None
-    """Stairs that show only by their regularity; then `slips` holds the first slip and `follows` nothing."""
+    """Stairs detected by their regularity; then `slips` has the first slip only and `follows` is empty."""
 
 
 @dataclass(slots=True)
@@ -140,24 +140,24 @@ def classify_segments(
             stops = k + 1 < len(runs)
             op = ramp.line.at(start), ramp.line.at(end)
             follows.append(Following(start, end, *op, run.piece.at(start), run.piece.at(end), stops))
-    seen = (12.0 * segment_penalty(time.size) * sigma * sigma * abs(expected) * dt) ** (1.0 / 3.0)
+    visible_stair = (12.0 * segment_penalty(time.size) * sigma * sigma * abs(expected) * dt) ** (1.0 / 3.0)
     lead = abs(ramp.rate) * (runs[0].piece.end - runs[0].piece.start) if runs and runs[0].rest else 0.0
     followed = sum(abs(follow.op_end - follow.op_start) for follow in follows)
     typical = float(np.median([abs(slip.after - slip.before) for slip in slips])) if slips else 0.0
-    if slips and (followed > 0.4 * (followed + rest_travel) or typical < MIN_CLEAR_RATIO * seen):
+    if slips and (followed > 0.4 * (followed + rest_travel) or typical < MIN_CLEAR_RATIO * visible_stair):
         later = time > slips[0].time
         hidden, regular = find_hidden_stairs(ramp, time[later], stem[later], sigma, gain)
-        seen = min(seen, regular)
+        visible_stair = min(visible_stair, regular)
         travel = abs(ramp.rate) * float(time[-1] - slips[0].time)
-        all_seen = hidden is not None and abs(travel / hidden.jump + 0.5 - len(slips)) < 1.0 and not follows
-        if hidden is not None and not all_seen:
+        all_visible = hidden is not None and abs(travel / hidden.jump + 0.5 - len(slips)) < 1.0 and not follows
+        if hidden is not None and not all_visible:
             first = replace(slips[0], after=slips[0].before + gain * hidden.jump, stuck=math.nan)
-            return StemMoves((first,), (), travel, max(seen, least), lead, hidden)
-    return StemMoves(tuple(slips), tuple(follows), rest_travel, max(seen, least), lead, None)
+            return StemMoves((first,), (), travel, max(visible_stair, least), lead, hidden)
+    return StemMoves(tuple(slips), tuple(follows), rest_travel, max(visible_stair, least), lead, None)
 
 
 def _rise(time: NDArray[np.float64], stem: NDArray[np.float64], left: Segment, reached: Segment) -> float:
-    """Time [s] from the rest `left` until the stem has made `PASSED` of its way to the piece it `reached`."""
+    """Time [s] from the rest `left` until the stem has moved `RISE_SHARE` of the way to the segment `reached`."""
     later = slice(left.last, reached.last)
     goal = reached.level + reached.slope * (time[later] - 0.5 * (reached.start + reached.end)) - left.level
     there = (stem[later] - left.level) * np.sign(goal) >= RISE_SHARE * np.abs(goal)
@@ -166,7 +166,7 @@ def _rise(time: NDArray[np.float64], stem: NDArray[np.float64], left: Segment, r
 
 
 def _join_segments(pieces: list[Segment], expected: float, least: float, sigma: float) -> list[_Run]:
-    """Rests and stretches of following; slips in progress fall out, and what does not differ is joined."""
+    """Rests and periods of following; parts of slips are dropped, and equal neighbours are joined."""
     runs: list[_Run] = []
     for k, piece in enumerate(pieces):
         ratio = piece.slope / expected
@@ -185,7 +185,7 @@ def _join_segments(pieces: list[Segment], expected: float, least: float, sigma: 
 
 
 def _drop_transients(runs: list[_Run], speed: float, dt: float) -> list[_Run]:
-    """Drop what lies between two rests but is too short for a rest or for following: a slip seen through a lag.
+    """Drop segments between two rests that are too short for a rest or for following: a slip after a lag.
 
     After a slip the input has to travel as far as the stem jumped before it slips again.
     """

@@ -1,4 +1,4 @@
-"""Which signal shows the stem, and whether enough of it was recorded."""
+"""Choice of the signal that shows the stem, and check that enough of it was recorded."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.errors import ParameterError, RecordError, require_not_negative
+from stiction.errors import ParameterError, RecordError, Setting, require_not_negative
 from stiction.valvetests.feedback_check import FEEDBACK_CORRELATION, noise_correlation
 from stiction.valvetests.segmentation import noise_std, quantisation_step
 
@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 __all__ = ["StemSignal", "no_response_text", "read_stem", "reject_feedback"]
 
 MAX_MISSING_SHARE = 0.2
-"""Largest share of missing samples a test may have [-]."""
+"""Largest share of missing samples in a test [-]."""
 MAX_ROUNDING_STEP = 0.3
-"""Steps above this are taken for moves, not for rounding [% of span]."""
+"""Steps above this are moves, not rounding [% of span]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +33,7 @@ class StemSignal:
     time: NDArray[np.float64]
     """Times [s], shape (n_valid,)."""
     op: NDArray[np.float64]
-    """OP behind the known lag [% of span], shape (n_valid,)."""
+    """OP after the known lag [% of span], shape (n_valid,)."""
     stem: NDArray[np.float64]
     """Valve position [% of span] or flow [engineering units], shape (n_valid,)."""
     op_sigma: float
@@ -41,7 +41,7 @@ class StemSignal:
     op_step: float
     """Rounding of the OP [% of span]."""
     reaction: float
-    """Correlation of the noise of OP with that of PV [-]; NaN where there is none."""
+    """Correlation of the noise of OP with that of PV [-]; NaN when unknown."""
 
 
 def read_stem(record: LoopRecord, signal: str | None, lag: float) -> StemSignal:
@@ -67,8 +67,8 @@ def read_stem(record: LoopRecord, signal: str | None, lag: float) -> StemSignal:
         raise RecordError(f"{record.tag} has {len(record)} samples; a valve test needs 30 or more.")
     if not record.op_in_percent:
         raise RecordError(
-            f"The OP of {record.tag} is not in % of span, in which the limit and the steps of a valve test are; give "
-            "op_range (--op-range) to convert it."
+            f"The OP of {record.tag} is not in % of span, but the limit and the steps of a valve test are",
+            remedy=("give ", Setting("op_range"), " to convert it"),
         )
     op = record.op
     for label, values in (("OP", op), (name.upper(), stem)):
@@ -90,7 +90,7 @@ def read_stem(record: LoopRecord, signal: str | None, lag: float) -> StemSignal:
 
 
 def reject_feedback(reading: StemSignal, tag: str, needs: str) -> None:
-    """Refuse an OP that reacts to PV, and say what the test `needs`.
+    """Raise when OP reacts to PV; the message says what the test `needs`.
 
     Raises
     ------
@@ -106,15 +106,15 @@ def reject_feedback(reading: StemSignal, tag: str, needs: str) -> None:
 
 
 def no_response_text(travel: float) -> str:
-    """What a flow says that does not answer OP over `travel` [% of span]: nothing of the stem."""
+    """Message for a flow that does not react to OP over `travel` [% of span]."""
     return (
-        f"The flow did not answer {travel:.3g} % of OP travel: the stem is stuck, the valve is isolated, or the "
-        "transmitter stands still or measures something else. Look at the stem."
+        f"The flow did not react to {travel:.3g} % of OP travel: the stem is stuck, the valve is isolated, or the "
+        "transmitter is frozen or measures something else. Look at the stem."
     )
 
 
 def _apply_lag(op: NDArray[np.float64], lag: float, dt: float) -> NDArray[np.float64]:
-    """Return the OP behind a first-order lag, started at rest and exact for an input that ramps between samples."""
+    """Return the OP after a first-order lag, started at rest and exact for an input that ramps between samples."""
     a = float(np.exp(-dt / lag))
     new = 1.0 - lag / dt * (1.0 - a)
     old = 1.0 - a - new

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.errors import RecordError, require_positive
+from stiction.records.quantiles import robust_std
 from stiction.records.record import require_record
 from stiction.valvetests.segmentation import Segment, quantisation_step, segment_signal
 from stiction.valvetests.stem_signal import MAX_ROUNDING_STEP, read_stem, reject_feedback
@@ -35,7 +36,7 @@ __all__ = ["analyse_steps"]
 MAX_OP_NOISE = 0.5
 """OP noise above which the OP is not a test signal [% of span]."""
 MIN_STEP = 1e-3
-"""OP moves below this are no step [% of span]."""
+"""OP moves below this are not steps [% of span]."""
 STEP_TEST_NEEDS = "a step test needs the loop in manual: see plan_step_test."
 
 
@@ -48,7 +49,7 @@ def analyse_steps(record: LoopRecord, *, signal: str | None = None, limit: float
         OP [% of span] moved in steps that are held, with the loop in manual, and the valve position `mv` or a
         flow `pv`.
     signal : {"mv", "pv"}, optional
-        What shows the stem; by default `mv` where it was recorded, else `pv`.
+        Signal that shows the stem; by default `mv` where it was recorded, else `pv`.
     limit : float
         Limit on deadband plus stickband, S [% of span].
 
@@ -59,7 +60,7 @@ def analyse_steps(record: LoopRecord, *, signal: str | None = None, limit: float
     Raises
     ------
     RecordError
-        When the OP holds no steps or reacts to PV, the stem was not recorded, or more than a fifth of it is missing.
+        When the OP has no steps or reacts to PV, the stem was not recorded, or more than a fifth of it is missing.
     ParameterError
         When `signal` is unknown or `limit` is not positive.
 
@@ -67,9 +68,9 @@ def analyse_steps(record: LoopRecord, *, signal: str | None = None, limit: float
     -----
     A reading is rounded up to a step. ISA-75.25.01 reads a dead band from the turning point; it depends on where in
     the stick band the reversal starts and lies between S and S + J: here it is `reversal_travel`, and deadband is S
-    - J, as everywhere. Read from the last response the travel is S, and S is what is judged, as by a ramp test:
-    deadband and resolution J together. ISA's dead band and resolution would count the jump twice. Held steps cannot
-    tell the rate r: every published two- and three-parameter model gives the same stem for them.
+    - J, as everywhere. Read from the last response the travel is S. The verdict is on S, as in a ramp test: deadband
+    and resolution J together. ISA's dead band and resolution would count the jump twice. Held steps do not
+    show the rate r: every published two- and three-parameter model gives the same stem for them.
 
     References
     ----------
@@ -116,19 +117,21 @@ def analyse_steps(record: LoopRecord, *, signal: str | None = None, limit: float
 def _find_holds(reading: StemSignal, tag: str) -> list[Segment]:
     op = reading.op
     change = np.diff(op)
-    sigma = 1.4826 * float(np.median(np.abs(change - np.median(change)))) / math.sqrt(2.0)
+    sigma = robust_std(change) / math.sqrt(2.0)
     if sigma > MAX_OP_NOISE:
         raise RecordError(
-            f"The OP of {tag} moves by {sigma:.2g} % from sample to sample and holds no step (a loop in automatic?); "
+            f"The OP of {tag} moves by {sigma:.2g} % from sample to sample and has no step (a loop in automatic?); "
             f"{STEP_TEST_NEEDS} For a record of normal operation use diagnose or identify."
         )
     reject_feedback(reading, tag, STEP_TEST_NEEDS)
     pieces = segment_signal(reading.time, op, max(sigma, 1e-3))
     holds = [piece for piece in pieces if piece.slope == 0.0]
     if sum(piece.n for piece in holds) < 0.5 * op.size:
-        raise RecordError(f"The OP of {tag} is not held between moves; use analyse_ramp for ramps, or hold each step.")
+        raise RecordError(
+            f"The OP of {tag} is not constant between moves; use analyse_ramp for ramps, or hold each step."
+        )
     if np.abs(np.diff([hold.level for hold in holds])).max(initial=0.0) < MIN_STEP:
-        raise RecordError(f"The OP of {tag} holds no step; move it as plan_step_test says.")
+        raise RecordError(f"The OP of {tag} has no step; move it as plan_step_test says.")
     return holds
 
 
@@ -141,7 +144,7 @@ def _stem_noise(reading: StemSignal, holds: Sequence[Segment]) -> tuple[float, f
         left.append(late - late.mean())
         freedom += late.size - 1
     rest = np.concatenate(left)
-    spread = 1.4826 * float(np.median(np.abs(rest))) * math.sqrt(rest.size / max(freedom, 1))
+    spread = robust_std(rest, centre=0.0) * math.sqrt(rest.size / max(freedom, 1))
     # Few samples per hold and a rounded signal leave a median of 0 where there is noise.
     spread = max(spread, 0.7 * math.sqrt(float(rest @ rest) / max(freedom, 1)))
     scale = 1.0 if reading.signal == "mv" else float(np.ptp(reading.stem) / max(np.ptp(reading.op), 1e-9))
@@ -151,7 +154,7 @@ def _stem_noise(reading: StemSignal, holds: Sequence[Segment]) -> tuple[float, f
 def _measure_steps(
     reading: StemSignal, holds: Sequence[Segment], sigma: float, rounding: float
 ) -> tuple[tuple[Step, ...], float]:
-    """Every step with its response, and the smallest response that can be seen [unit of the stem]."""
+    """Every step with its response, and the smallest visible response [unit of the stem]."""
     stem = reading.stem
     scale = 1.0 if reading.signal == "mv" else float(np.ptp(stem) / max(np.ptp(reading.op), 1e-9))
     floor = max(0.6 * rounding, 0.02 * scale)

@@ -1,4 +1,4 @@
-"""Plan a step test: a fine staircase up and down for S and resolution, then larger steps for the response."""
+"""Plan of a step test: a fine staircase up and down for S and resolution, then larger steps for the response."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""S, deadband, resolution and the travel on a reversal read from the steps that the stem answered."""
+"""S, deadband, resolution and the travel on a reversal, from the steps with a response."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ class NoResponse(NamedTuple):
     travel: float
     """The travel [% of span]."""
     sure: float
-    """What S is at least, if the stem moved as far as its readings and the noise allow [% of span]."""
+    """Lower bound of S from this travel, with allowance for noise [% of span]."""
     hidden: float
-    """OP travel of the smallest response that the noise lets one see [% of span]."""
+    """OP travel of the smallest response visible above the noise [% of span]."""
 
 
 def band_readings(steps: Sequence[Step]) -> tuple[BandReading, ...]:
@@ -73,12 +73,12 @@ def step_rounded_estimate(values: Sequence[float], readings: Sequence[BandReadin
 
 def median_estimate(values: Sequence[float]) -> Estimate:
     """Median of the finite values, and the range that holds 95 % of them."""
-    seen = np.array([value for value in values if math.isfinite(value)])
-    if seen.size == 0:
+    finite = np.array([value for value in values if math.isfinite(value)])
+    if finite.size == 0:
         return Estimate()
-    low, high = np.quantile(seen, (0.025, 0.975)) if seen.size > 2 else (math.nan, math.nan)
-    spread = float(seen.std(ddof=1)) if seen.size > 1 else math.nan
-    return Estimate(float(np.median(seen)), float(low), float(high), spread, int(seen.size))
+    low, high = np.quantile(finite, (0.025, 0.975)) if finite.size > 2 else (math.nan, math.nan)
+    spread = float(finite.std(ddof=1)) if finite.size > 1 else math.nan
+    return Estimate(float(np.median(finite)), float(low), float(high), spread, int(finite.size))
 
 
 def deadband_only(steps: Sequence[Step], is_position: bool, S: Estimate, resolution: Estimate) -> Estimate:
@@ -111,11 +111,11 @@ def find_no_response(steps: Sequence[Step], smallest: float, is_position: bool) 
 
     A stem that answered rests until OP has gone S back or J, which is no more, onwards. Before any answer it is not
     known where in its band of S + J it rests, and half of the travel is sure. `smallest` is the smallest response that
-    can be seen [unit of the stem]; a flow's gain is at least that of the whole test.
+    is visible [unit of the stem]; a flow's gain is at least that of the whole test.
     """
-    given = float(np.ptp([steps[0].op_before, *(step.op_after for step in steps)]))
-    seen = float(np.ptp([steps[0].stem_before, *(step.stem_after for step in steps)]))
-    per_stem = 1.0 if is_position else given / (seen or 1.0)
+    op_range = float(np.ptp([steps[0].op_before, *(step.op_after for step in steps)]))
+    stem_range = float(np.ptp([steps[0].stem_before, *(step.stem_after for step in steps)]))
+    per_stem = 1.0 if is_position else op_range / (stem_range or 1.0)
     hidden = per_stem * smallest
     longest = NoResponse(0.0, 0.0, hidden)
     op, stem, answered = [steps[0].op_before], [steps[0].stem_before], False

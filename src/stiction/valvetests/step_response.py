@@ -13,8 +13,9 @@ if TYPE_CHECKING:
 __all__ = ["measure_response"]
 
 T86_SHARE = 1.0 - math.exp(-2.0)
-"""T86 is the time to two time constants of a first-order response, 86.5 % [-]."""
+"""Share of the response at T86, two time constants of a first-order response [-]."""
 T63_SHARE = 1.0 - math.exp(-1.0)
+"""Share of the response at T63, one time constant of a first-order response [-]."""
 
 
 def measure_response(

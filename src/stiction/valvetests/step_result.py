@@ -1,4 +1,4 @@
-"""What a step test says, in the words of ISA-75.25.01."""
+"""Result of a step test, with the terms of ISA-75.25.01."""
 
 from __future__ import annotations
 
@@ -25,19 +25,19 @@ class Step:
     stem_after: float
     """Stem at the end of the hold [% of span, or the unit of the flow]."""
     responded: bool
-    """Whether the stem moved by more than the noise hides."""
+    """Whether the stem moved by more than the noise."""
     reversal: bool
     """Whether the step goes against the last motion of the stem."""
     dead_time: float
-    """From the step to the first response [s]; NaN when it cannot be seen."""
+    """From the step to the first response [s]; NaN when unknown."""
     t63: float
-    """From the step to 63.2 % of the response [s]; NaN when it cannot be seen."""
+    """From the step to 63.2 % of the response [s]; NaN when unknown."""
     t86: float
-    """From the step to 86.5 % of the response [s]; NaN when it cannot be seen."""
+    """From the step to 86.5 % of the response [s]; NaN when unknown."""
     t98: float
     """From the step to 98 % of the response [s]; NaN when the noise exceeds 2 % of it."""
     overshoot: float
-    """Overshoot beyond the final value [% of the response]; NaN when it cannot be seen."""
+    """Overshoot beyond the final value [% of the response]; NaN when unknown."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +47,7 @@ class BandReading:
     kind: Literal["reversal", "resolution"]
     """`reversal` on a reversal, `resolution` onwards in the same direction."""
     position: float
-    """Where the stem rested [% of span, or the unit of the flow]."""
+    """Rest position of the stem [% of span, or the unit of the flow]."""
     direction: int
     """1 opening, -1 closing [-]."""
     reading: float
@@ -60,11 +60,11 @@ class BandReading:
 
 @dataclass(frozen=True)
 class StepTest(ValveTest):
-    """What a step test says."""
+    """Result of a step test."""
 
     deadband: Estimate
-    """Deadband without stickband, S - J [% of span]: OP lost in the response to a reversing step; where no step tells,
-    S less the resolution."""
+    """Deadband without stickband, S - J [% of span]: OP lost in the response to a reversing step; without such a
+    step, S minus the resolution."""
     resolution: Estimate
     """OP onwards in the same direction until the next response [% of span]: J, rounded up to a step."""
     S: Estimate
@@ -86,7 +86,7 @@ class StepTest(ValveTest):
     overshoot: Estimate
     """Overshoot [% of the response]."""
     smallest_response: float
-    """Smallest motion that the noise lets one see [% of span, or the unit of the flow]."""
+    """Smallest motion visible above the noise [% of span, or the unit of the flow]."""
     steps: tuple[Step, ...]
     """Every step."""
     readings: tuple[BandReading, ...]
@@ -96,6 +96,6 @@ class StepTest(ValveTest):
     brackets = "for S, resolution and reversal_travel the rounding to a step, else the range of 95 % of the steps"
 
     def quantities(self) -> dict[str, Estimate]:
-        """Name what the test measured."""
+        """Measured quantities by name."""
         names = ("S", "deadband", "resolution", "reversal_travel", "dead_time", "t63", "t86", "t98", "overshoot")
         return {name: getattr(self, name) for name in names}

@@ -1,4 +1,4 @@
-"""What a step test says in words: the verdict, and what it leaves unknown."""
+"""Verdict of a step test in words, and its open questions."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = ["open_questions", "step_verdict"]
 
 
 MAX_OPPOSITE_SHARE = 0.25
-"""Share of the responses that may go against the others, by noise [-]."""
+"""Largest share of responses in the opposite direction, caused by noise [-]."""
 
 
 def step_verdict(
@@ -33,19 +33,19 @@ def step_verdict(
 ) -> tuple[Verdict, str]:
     """Verdict on deadband plus stickband S [% of span], read from `signal`.
 
-    A response is seen late, and a reading too large, by what the noise hides: so much is taken off before a reading
-    counts against the limit. Its lower end is travel without a response, and counts as such.
+    Noise hides the start of a response, so that a reading is too large. The hidden travel is subtracted before a
+    reading counts against the limit. The lower end of a reading is travel without a response.
     """
     what = "stem" if signal == "mv" else "flow"
     ways = [(step.stem_after - step.stem_before) * (step.op_after - step.op_before) for step in steps if step.responded]
-    given = float(np.ptp([steps[0].op_before, *(step.op_after for step in steps)]))
-    if not ways and given > limit and signal == "pv":
-        return "undecided", no_response_text(given)
+    op_range = float(np.ptp([steps[0].op_before, *(step.op_after for step in steps)]))
+    if not ways and op_range > limit and signal == "pv":
+        return "undecided", no_response_text(op_range)
     against = min(sum(way < 0.0 for way in ways), sum(way > 0.0 for way in ways))
     if against > MAX_OPPOSITE_SHARE * len(ways):
         return "undecided", (
-            f"The {what} went against the OP in {against} of {len(ways)} responses, with it in the others: the OP is "
-            "not what moves it. Step in manual, with nothing but OP moving it."
+            f"The {what} moved against the OP in {against} of {len(ways)} responses and with the OP in the others: "
+            "something else moves it. Step in manual, with nothing but OP moving it."
         )
     least = S.low - still.hidden
     text = (
@@ -62,12 +62,12 @@ def step_verdict(
     if not ways:
         return (
             "undecided",
-            f"The {what} did not respond to {given:.3g} % of OP travel; limit {limit:g} %. Step further.",
+            f"The {what} did not respond to {op_range:.3g} % of OP travel; limit {limit:g} %. Step further.",
         )
     if not S.known:
         return "undecided", "The test does not show S, deadband plus stickband (no reversal with a response)."
     finest = min(r.step for r in readings if r.kind == "reversal")
-    # Where noise hides whole steps the response before the reversal may have been seen late, and S be read too small.
+    # If noise hides whole steps, the response before the reversal may be detected late and S be too small.
     if S.value + (still.hidden if still.hidden > finest else 0.0) <= limit * (1.0 + 1e-9):
         return "within limit", text
     if still.hidden > finest:
@@ -78,7 +78,7 @@ def step_verdict(
 def open_questions(
     signal: str, steps: Sequence[Step], turned: Sequence[BandReading], onwards: Sequence[BandReading]
 ) -> tuple[str, ...]:
-    """Say what the test cannot tell and what would."""
+    """Quantities that the test does not show, and the test that would show them."""
     lines = ["A step test cannot measure r. Use a ramp test."]
     if not any(step.responded for step in steps):
         what = "stem" if signal == "mv" else "flow"
@@ -96,21 +96,21 @@ def open_questions(
         finest = min(r.step for r in onwards)
         lines.append(f"resolution below {finest:.3g} %: every move onwards {_first_step_text(steps, finest)}")
     if not any(math.isfinite(step.t63) for step in steps):
-        lines.append("response times: no response stands clear of the noise.")
+        lines.append("response times: no response is clearly above the noise.")
     if signal == "pv":
         lines.append("the stem itself: times and overshoot are those of the flow, its sensor included.")
     return tuple(lines)
 
 
 def _first_step_text(steps: Sequence[Step], read: float) -> str:
-    """Say that the first step of `read` [% of span] was answered, and what gives a finer reading."""
+    """Text for a response to the first step of `read` [% of span], with advice for a finer reading."""
     finest = min(abs(step.op_after - step.op_before) for step in steps)
-    among = f" of {read:.3g} %, those of {finest:.3g} % none" if finest < 0.999 * read else ""
-    return f"answered its first step{among}. {_finer_steps_text(steps, read)}"
+    among = f" of {read:.3g} %; steps of {finest:.3g} % had no response" if finest < 0.999 * read else ""
+    return f"had a response to its first step{among}. {_finer_steps_text(steps, read)}"
 
 
 def _finer_steps_text(steps: Sequence[Step], read: float) -> str:
-    """Say what gives a finer reading than steps of `read` [% of span]."""
+    """Advice for a finer reading than steps of `read` [% of span]."""
     finest = min(abs(step.op_after - step.op_before) for step in steps)
     if finest < 0.999 * read:
         return f"The steps of {finest:.3g} % did not go far enough: widen the fine range (--fine-range)."

@@ -11,7 +11,7 @@ import python_calamine
 
 import stiction as st
 from apps.web.running import start_server
-from stiction.apps.files import csv_text
+from stiction.apps.output_files import csv_text
 
 SCREENSHOTS = os.environ.get("STICTION_SCREENSHOTS")
 """Folder for pictures of the screens; none are kept without it."""

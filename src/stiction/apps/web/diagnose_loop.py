@@ -193,7 +193,6 @@ def _checks(diagnosis: Diagnosis) -> list[dict[str, Any]]:
 
 
 def _origin(record: LoopRecord) -> list[list[str]]:
-    from stiction.apps.web.read_files import in_page_words
     from stiction.report import labels
 
     origin = record.provenance
@@ -203,7 +202,7 @@ def _origin(record: LoopRecord) -> list[list[str]]:
         ["Start", f"{record.start:%Y-%m-%d %H:%M:%S %Z}".strip() if record.start else ""],
         ["Length", f"{labels.format_duration(record.duration)}, {record.missing_percent:.2g} % missing"],
         ["Loop type", record.loop_type],
-        ["Assumed", " ".join(in_page_words(text) for text in origin.assumptions)],
+        ["Assumed", " ".join(origin.assumptions)],
     ]
     return [row for row in rows if row[1]]
 

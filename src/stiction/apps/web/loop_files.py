@@ -53,12 +53,12 @@ def try_remedies(record_path: str, folder: str) -> bytes:
 def _remedies(trial: CompensationTrial) -> dict[str, Any]:
     """The trials as rows of a table; numbers are relative to doing nothing."""
     from stiction.apps.remedy_output import format_change, headline, remedy_note, retuning_text, settings_text
-    from stiction.compensation.remedies import NOTHING
+    from stiction.compensation.remedies import NO_ACTION
     from stiction.report.labels import format_number
 
     rows = []
     if trial.remedies:
-        now = trial[NOTHING].behaviour
+        now = trial[NO_ACTION].behaviour
         rows = [
             [
                 one.name, format_change(_ratio(one.behaviour.pv_std, now.pv_std)),

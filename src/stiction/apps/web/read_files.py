@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stiction.errors import RecordError
+from stiction.errors import RecordError, Setting
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from stiction.sources.loops import Loops
     from stiction.sources.table import TagColumn
 
-__all__ = ["MAP_COLUMNS", "in_page_words", "map_as_csv", "read_files"]
+__all__ = ["MAP_COLUMNS", "map_as_csv", "page_text", "read_files"]
 
 MAX_PREVIEWS = 60
 """Columns of a source of which a preview is drawn [-]."""
@@ -88,7 +88,7 @@ def read_files(
         answer["columns"] = columns
         answer |= _read(loops, target)
     except RecordError as error:
-        answer["error"] = in_page_words(_without_folders(str(error), [*(path for path, _ in files), chosen.get("map")]))
+        answer["error"] = _without_folders(error.text(page_text), [*(path for path, _ in files), chosen.get("map")])
         answer["columns"] = answer["columns"] or _columns_of(sources, options, max_bytes)
     return answer
 
@@ -187,7 +187,7 @@ def _read(loops: Loops, folder: Path) -> dict[str, Any]:
         path = folder / f"{k}.parquet"
         to_parquet(record, path)
         entry |= {"path": str(path), "area": area}
-    return {"loops": summary["loops"], "assumptions": [in_page_words(text) for text in summary["assumptions"]]}
+    return {"loops": summary["loops"], "assumptions": summary["assumptions"]}
 
 
 def _write_map(rows: Sequence[dict[str, str]], folder: Path) -> str:
@@ -227,25 +227,12 @@ def _without_folders(message: str, paths: Sequence[str | None]) -> str:
     return re.sub(r"^map\.csv, line (\d+): ", "Table of columns: ", message)
 
 
-def in_page_words(sentence: str) -> str:
-    """Return what the reader says with its arguments in the words of the page.
+def page_text(setting: Setting) -> str:
+    """Return a setting of a message by its name on the page.
 
     Examples
     --------
-    >>> in_page_words("no loop was found; say which is which with columns={'pv': ..., 'op': ...}, or with a map.")
-    'no loop was found; say which is which in the table of columns.'
-    >>> in_page_words("give dt= (--dt).")
-    'give the sampling period.'
+    >>> page_text(Setting("columns", {"pv": None, "op": None})), page_text(Setting("dt"))
+    ('the table of columns', 'the sampling period')
     """
-    sentence = re.sub(
-        r"with columns=\{[^}]*\}(?:, or with a map)?(?: \(--columns\))?", "in the table of columns", sentence
-    )
-    sentence = re.sub(r"columns=\{[^}]*\}(?: \(--columns\))?", "the table of columns", sentence)
-    sentence = sentence.replace("columns= or a map", "the roles in the table of columns")
-    names = "|".join(OPTIONS)
-    sentence = re.sub(
-        rf"\b({names})=(?:'[^']*'|\([^)]*\)|True|False)?(?: (?:or )?\(?--[a-z-]+\)?)?",
-        lambda m: OPTIONS[m[1]],
-        sentence,
-    )
-    return re.sub(r" \(--[a-z-]+\)", "", sentence)
+    return OPTIONS.get(setting.name, setting.name)

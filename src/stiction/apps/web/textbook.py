@@ -124,16 +124,16 @@ def draw_nyquist(settings: TextbookSettings) -> dict[str, Any]:
     dict
         `figure`, and `sentence` that says which limit cycles there are.
     """
-    from stiction.apps.cycle_figures import nyquist
-    from stiction.apps.cycle_table import COLUMNS, row
+    from stiction.apps.limit_cycle_figures import nyquist_plot
+    from stiction.apps.limit_cycle_table import COLUMNS, cycle_row
     from stiction.limitcycle import predict_limit_cycles
     from stiction.report import Table
 
     loop = _example_loop(settings)
     cycles = predict_limit_cycles(loop)
-    table = Table(COLUMNS, [row(cycle) for cycle in cycles])
+    table = Table(COLUMNS, [cycle_row(cycle) for cycle in cycles])
     return {
-        "figure": figure_to_plain(nyquist(loop, cycles, sp=0.0, disturbance=0.0)),
+        "figure": figure_to_plain(nyquist_plot(loop, cycles, sp=0.0, disturbance=0.0)),
         "table": block_to_plain(table),
         "sentence": describe_crossings(loop, cycles),
     }

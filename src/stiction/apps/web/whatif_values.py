@@ -84,8 +84,7 @@ def _of_twin(twin: Twin) -> tuple[dict[str, Any], list[str]]:
             "With the disturbances of the record the simulated loop repeats its cycle; here it is simulated without "
             "them."
         ]
-    reason = twin.reason.replace("The twin", "The simulated loop").replace("for a twin", "to simulate this loop well")
-    return settings, [reason]
+    return settings, [twin.reason]
 
 
 def _of_identification(diagnosis: Diagnosis) -> tuple[dict[str, Any], list[str]]:

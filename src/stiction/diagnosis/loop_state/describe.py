@@ -39,8 +39,7 @@ ACTIONS: Mapping[StateName, str] = {
     "valve_not_responding": "Check the block valves and whether an override has the valve, then the actuator and "
     "the stem.",
     "pv_frozen": "Check the transmitter and its connection, then record the loop again.",
-    "signals_swapped": "Name the columns the other way round (--column op=NAME --column pv=NAME; columns= of read), "
-    "then diagnose again.",
+    "signals_swapped": "Exchange the columns of OP and PV when reading the file, then diagnose again.",
     "signals_unrelated": "Check that OP and PV are tags of one loop, then read the file again with the right columns.",
     "bad_data": "Record the loop again as the reason asks.",
 }

@@ -79,11 +79,11 @@ def refine_orbit(m: PackedLoop, states, level: float, turns: int = 1, *, fixed: 
     """
     tied = not fixed and m.linear.dead_time == 0.0
     w = np.array(states, dtype=float) if fixed or tied else np.append(states, level)
-    held = level if fixed else None
+    fixed_level = level if fixed else None
     size = np.maximum(np.abs(w), 1e-3 * np.max(np.abs(w), initial=1e-12))
     if w.size > len(states):
         size[-1] = max(abs(level), m.valve.sb)
-    here = _return_map(m, w, turns, held)
+    here = _return_map(m, w, turns, fixed_level)
     miss = math.inf
     for _ in range(30):
         if here is None:
@@ -92,14 +92,14 @@ def refine_orbit(m: PackedLoop, states, level: float, turns: int = 1, *, fixed: 
         miss = float(np.max(np.abs(gap)))
         if miss < 1e-13:
             break
-        slope = _return_map_derivative(m, w, size, turns, held)
+        slope = _return_map_derivative(m, w, size, turns, fixed_level)
         if slope is None:
             return None
         step = np.linalg.lstsq(slope - np.eye(w.size), -gap, rcond=1e-12)[0]
         share, best = 1.0, None
         while share > 1e-3:
             trial = w + share * step * size
-            there = _return_map(m, trial, turns, held)
+            there = _return_map(m, trial, turns, fixed_level)
             if there is not None and (np.max(np.abs((there[0] - trial) / size)) < miss or miss < 1e-9):
                 best = trial, there
                 break
@@ -112,29 +112,29 @@ def refine_orbit(m: PackedLoop, states, level: float, turns: int = 1, *, fixed: 
             break
     if here is None or miss > 1e-9:
         return None
-    slope = _return_map_derivative(m, w, size, turns, held)
+    slope = _return_map_derivative(m, w, size, turns, fixed_level)
     if slope is None:
         return None
     values = sorted(np.linalg.eigvals(slope), key=abs, reverse=True)
     largest = abs(values[0]) if values else 0.0
     stable = None if abs(largest - 1.0) < _STABILITY_TOLERANCE else bool(largest < 1.0)
-    kept = tuple(complex(v) for i, v in enumerate(values) if i == 0 or abs(v) > 1e-7)
+    multipliers = tuple(complex(v) for i, v in enumerate(values) if i == 0 or abs(v) > 1e-7)
     n = m.linear.order
     if tied:
         level = float(m.linear.C @ w) - m.valve.lag
     elif not fixed:
         level = float(w[n])
-    return Orbit(np.asarray(w[:n], dtype=np.float64), level, here[1], turns, kept, stable)
+    return Orbit(np.asarray(w[:n], dtype=np.float64), level, here[1], turns, multipliers, stable)
 
 
-def _return_map_derivative(m: PackedLoop, w, size, turns: int, held: float | None):
+def _return_map_derivative(m: PackedLoop, w, size, turns: int, fixed_level: float | None):
     """Derivative of the return map in units of `size`, by central differences, one-sided at a corner."""
     out = np.empty((w.size, w.size))
     for i in range(w.size):
         for h in (1e-5, 1e-7):
             shift = np.zeros(w.size)
             shift[i] = h * size[i]
-            above, below = _return_map(m, w + shift, turns, held), _return_map(m, w - shift, turns, held)
+            above, below = _return_map(m, w + shift, turns, fixed_level), _return_map(m, w - shift, turns, fixed_level)
             if above is not None and below is not None:
                 out[:, i] = (above[0] - below[0]) / (2.0 * h * size)
                 break

@@ -200,10 +200,10 @@ def _ends_in_known_cycle(found: list[LimitCycle], m: PackedLoop, run) -> bool:
 
 def _refine_run(m: PackedLoop, run, fixed: bool) -> Orbit | None:
     level = float(run.level[-1])
-    held = fixed or not run.swing[-run.turns :, 4].any()
+    is_fixed = fixed or not run.swing[-run.turns :, 4].any()
     if run.swing[-1, 6] <= m.linear.dead_time:
         return None
-    return refine_orbit(m, run.states[-1], level, run.turns, fixed=held)
+    return refine_orbit(m, run.states[-1], level, run.turns, fixed=is_fixed)
 
 
 def _cycle_from_run(m: PackedLoop, orbit: Orbit, run) -> LimitCycle:

@@ -54,7 +54,7 @@ class CompensatorState(NamedTuple):
     """Side of the band on which the error was last outside: -1, 0 or 1 [-]."""
     position: float
     """Estimated stem position [% of span]."""
-    begun: float
+    cycle_count: float
     """Cycles that began since the start of the observation [-]."""
     samples: float
     """Samples in the observed cycles, without the first cycle [-]."""
@@ -64,7 +64,7 @@ class CompensatorState(NamedTuple):
     """Lowest controller output in the observed cycles [% of span]."""
     high: float
     """Highest controller output in the observed cycles [% of span]."""
-    failed: float
+    failed_moves: float
     """Successive moves after which the error did not settle within the band [-]."""
 
 
@@ -158,7 +158,7 @@ class Compensator:
         )
 
     @classmethod
-    def _settings(cls, given: StictionEstimate) -> Self:
+    def _settings(cls, estimate: StictionEstimate) -> Self:
         raise NotImplementedError
 
     def parameters(self, dt: float) -> tuple[float, ...]:

@@ -59,8 +59,8 @@ class ConstantReinforcement(Compensator):
         self._require(positive={}, not_negative={"amplitude": "% of span"})
 
     @classmethod
-    def _settings(cls, given: StictionEstimate) -> Self:
-        return cls(given.S / 2.0)
+    def _settings(cls, estimate: StictionEstimate) -> Self:
+        return cls(estimate.S / 2.0)
 
     def parameters(self, dt: float) -> tuple[float, ...]:
         """Amplitude [% of span]."""

@@ -85,9 +85,9 @@ class Cuadros(Compensator):
         self._pauses(self.width, self.interval)
 
     @classmethod
-    def _settings(cls, given: StictionEstimate) -> Self:
-        band = 0.75 * given.gain * max(given.J, given.S / 20.0) + 3.0 * given.noise
-        return cls(given.S / 2.0, 2.0 * given.dt, 5.0 * given.dt, band)
+    def _settings(cls, estimate: StictionEstimate) -> Self:
+        band = 0.75 * estimate.gain * max(estimate.J, estimate.S / 20.0) + 3.0 * estimate.noise
+        return cls(estimate.S / 2.0, 2.0 * estimate.dt, 5.0 * estimate.dt, band)
 
     def parameters(self, dt: float) -> tuple[float, ...]:
         """Amplitude [% of span], width and interval [samples], band [PV units]."""

@@ -115,8 +115,8 @@ class FourMove(Compensator):
         self._at_least("tries", 1)
 
     @classmethod
-    def _settings(cls, given: StictionEstimate) -> Self:
-        return cls(given.gain * max(given.J, given.S / 20.0) / 2.0 + 5.0 * given.noise)
+    def _settings(cls, estimate: StictionEstimate) -> Self:
+        return cls(estimate.gain * max(estimate.J, estimate.S / 20.0) / 2.0 + 5.0 * estimate.noise)
 
     def parameters(self, dt: float) -> tuple[float, ...]:
         """Band [PV units], reach and share [-], move [samples], cycles and tries [-]."""

@@ -61,8 +61,8 @@ class IntegralDeadband(Compensator):
         self._require(positive={}, not_negative={"band": "PV units"})
 
     @classmethod
-    def _settings(cls, given: StictionEstimate) -> Self:
-        return cls(given.gain * max(given.J, given.S / 20.0) + 3.0 * given.noise)
+    def _settings(cls, estimate: StictionEstimate) -> Self:
+        return cls(estimate.gain * max(estimate.J, estimate.S / 20.0) + 3.0 * estimate.noise)
 
     def parameters(self, dt: float) -> tuple[float, ...]:
         """Band [PV units]."""

@@ -33,43 +33,43 @@ def observe_and_move(
     elapsed = s.elapsed + 1.0
     phase = s.phase
     side = s.side
-    begun = s.begun
+    cycle_count = s.cycle_count
     samples = s.samples
     total = s.total
     low = s.low
     high = s.high
-    failed = s.failed
+    failed_moves = s.failed_moves
     if sp != s.sp:
-        phase, side, begun, failed = 0.0, 0.0, 0.0, 0.0
+        phase, side, cycle_count, failed_moves = 0.0, 0.0, 0.0, 0.0
     elif phase > moves:
         if abs(error) > band:
-            phase, side, begun = 0.0, 0.0, 0.0
+            phase, side, cycle_count = 0.0, 0.0, 0.0
     elif phase == moves:
         if elapsed >= samples / cycles:
             phase = moves + 1.0
-            failed = failed + 1.0 if abs(error) > band else 0.0
+            failed_moves = failed_moves + 1.0 if abs(error) > band else 0.0
     elif phase > 0.0:
         if elapsed >= move:
             phase += 1.0
             elapsed = 0.0
     elif error > band:
         if side < 0.0:
-            if begun > 2.0:
-                usual = (samples - elapsed) / (begun - 2.0)
+            if cycle_count > 2.0:
+                usual = (samples - elapsed) / (cycle_count - 2.0)
                 if elapsed > 1.5 * usual or usual > 1.5 * elapsed:
-                    begun = 0.0
-            begun += 1.0
+                    cycle_count = 0.0
+            cycle_count += 1.0
             elapsed = 0.0
         side = 1.0
     elif error < -band:
         side = -1.0
     if phase == 0.0:
-        if begun > cycles + 1.0 and failed < tries:
+        if cycle_count > cycles + 1.0 and failed_moves < tries:
             phase = 1.0
         else:
-            if begun <= 1.0 and elapsed == 0.0:
+            if cycle_count <= 1.0 and elapsed == 0.0:
                 low, high = op, op
-            if begun <= 2.0 and elapsed == 0.0:
+            if cycle_count <= 2.0 and elapsed == 0.0:
                 samples, total = 0.0, 0.0
             samples += 1.0
             total += position
@@ -79,7 +79,23 @@ def observe_and_move(
     if phase > 0.0:
         track = 1.0
     return CompensatorState(
-        op, 0.0, track, op, sp, op, op, elapsed, phase, side, position, begun, samples, total, low, high, failed
+        op,
+        0.0,
+        track,
+        op,
+        sp,
+        op,
+        op,
+        elapsed,
+        phase,
+        side,
+        position,
+        cycle_count,
+        samples,
+        total,
+        low,
+        high,
+        failed_moves,
     )
 
 
@@ -87,6 +103,6 @@ def observe_and_move(
 def signal_to_valve(signal: float, position: float, s: CompensatorState) -> CompensatorState:
     """State `s` with `signal` to the valve in place of the controller output, and the expected stem `position`."""
     return CompensatorState(
-        signal, 0.0, 1.0, s.op, s.sp, s.reference, s.latest, s.elapsed, s.phase, s.side, position, s.begun, s.samples,
-        s.total, s.low, s.high, s.failed,
+        signal, 0.0, 1.0, s.op, s.sp, s.reference, s.latest, s.elapsed, s.phase, s.side, position, s.cycle_count,
+        s.samples, s.total, s.low, s.high, s.failed_moves,
     )  # fmt: skip

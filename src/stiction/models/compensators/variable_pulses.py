@@ -81,8 +81,8 @@ class VariablePulses(Compensator):
         self._pauses(self.width, self.interval)
 
     @classmethod
-    def _settings(cls, given: StictionEstimate) -> Self:
-        return cls(given.S / 2.0, 2.0 * given.dt, 5.0 * given.dt, given.gain * given.S / 4.0)
+    def _settings(cls, estimate: StictionEstimate) -> Self:
+        return cls(estimate.S / 2.0, 2.0 * estimate.dt, 5.0 * estimate.dt, estimate.gain * estimate.S / 4.0)
 
     def parameters(self, dt: float) -> tuple[float, ...]:
         """Amplitude [% of span], width and interval [samples], error of full height [PV units]."""

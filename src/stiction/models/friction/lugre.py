@@ -31,8 +31,8 @@ def lugre_substep(
     After Canudas de Wit, Olsson, Astrom and Lischinsky (1995).
     """
     yielding = 1.0 + h * stiffness * abs(v) / stribeck(v * per_velocity, coulomb, static)
-    held = stiffness * z / yielding + damping * z * (1.0 / yielding - 1.0) / h
+    bristle_force = stiffness * z / yielding + damping * z * (1.0 / yielding - 1.0) / h
     resisting = (stiffness * h + damping) / yielding + viscous
-    v_new = (mass * v + h * (drive - spring_rate * x - held)) / (mass + h * resisting)
+    v_new = (mass * v + h * (drive - spring_rate * x - bristle_force)) / (mass + h * resisting)
     z_new = (z + h * v_new) / yielding
     return x + h * v_new, v_new, z_new

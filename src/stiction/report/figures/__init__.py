@@ -1,4 +1,4 @@
-"""The figures of a loop, one page each: a function from a `LoopView` to a `Figure`, or None without data.
+"""The figures of a loop, one file each: a function from a `LoopView` to a `Figure`, or None without data.
 
 The figures of remedies take a trial, a twin or a retuning instead.
 

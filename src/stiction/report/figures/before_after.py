@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiction.compensation.remedies import FIX, NOTHING
+from stiction.compensation.remedies import NO_ACTION, REPAIR
 from stiction.report import labels, style
 from stiction.report.blocks import Figure
 from stiction.report.downsample import downsample
@@ -20,10 +20,10 @@ if TYPE_CHECKING:
 
 __all__ = ["before_after"]
 
-GAP = 0.07
+PANEL_GAP = 0.07
 """Distance between panels, as a share of the height of the figure [-]."""
-SHOWN = 5.0
-"""Periods shown before the first step [-]; zoom out for the others."""
+PERIODS_BEFORE_STEP = 5.0
+"""Periods shown before the first step [-]."""
 
 
 def before_after(trial: CompensationTrial) -> tuple[Figure, Figure] | None:
@@ -31,14 +31,14 @@ def before_after(trial: CompensationTrial) -> tuple[Figure, Figure] | None:
     if not trial.trends or trial.twin is None:
         return None
     names = [one.name for one in reversed(trial.remedies) if one.name in trial.trends]
-    names.sort(key=lambda name: (name != NOTHING, name == FIX))
+    names.sort(key=lambda name: (name != NO_ACTION, name == REPAIR))
     runs = {name: trial.trends[name] for name in names}
-    steps = _steps(next(iter(runs.values())))
+    steps = _step_times(next(iter(runs.values())))
     text = "Simulated on the twin, one run with the same noise and load for each"
     if steps:
         text += "; a step of the set point, then one of the load, at the vertical lines"
-    pv = _stacked(runs, {"sp": "SP (set point)", "pv": "PV (process variable)"}, "PV", steps, trial)
-    op = _stacked(runs, {"op": "OP (controller output)", "mv": "Valve position"}, "% of span", steps, trial)
+    pv = _stacked_panels(runs, {"sp": "SP (set point)", "pv": "PV (process variable)"}, "PV", steps, trial)
+    op = _stacked_panels(runs, {"op": "OP (controller output)", "mv": "Valve position"}, "% of span", steps, trial)
     return (
         Figure(pv, "PV before and after", f"{text}. All panels have the same scale; drag to zoom.", height=500),
         Figure(
@@ -50,7 +50,7 @@ def before_after(trial: CompensationTrial) -> tuple[Figure, Figure] | None:
     )
 
 
-def _steps(run: Mapping[str, NDArray[np.float64]]) -> tuple[float, ...]:
+def _step_times(run: Mapping[str, NDArray[np.float64]]) -> tuple[float, ...]:
     """Times of the steps of set point and load [s]: the second is halfway between the first and the end."""
     moved = np.flatnonzero(np.diff(run["sp"]))
     if not moved.size:
@@ -59,7 +59,7 @@ def _steps(run: Mapping[str, NDArray[np.float64]]) -> tuple[float, ...]:
     return float(run["time"][first]), float(run["time"][first + (n - first) // 2])
 
 
-def _stacked(
+def _stacked_panels(
     runs: Mapping[str, Mapping[str, NDArray[np.float64]]],
     signals: Mapping[str, str],
     unit: str,
@@ -71,17 +71,17 @@ def _stacked(
     first = next(iter(runs.values()))
     start, end = float(first["time"][0]), float(first["time"][-1])
     name, size = labels.time_unit(end - start)
-    left = max(steps[0] - SHOWN * trial.twin.simulated.period, start) if steps else start
+    left = max(steps[0] - PERIODS_BEFORE_STEP * trial.twin.simulated.period, start) if steps else start
     shown = [(run[signal][run["time"] >= left]) for run in runs.values() for signal in signals if signal in run]
     low, high = min(float(x.min()) for x in shown), max(float(x.max()) for x in shown)
     room = 0.06 * (high - low or 1.0)
-    height = (1.0 - GAP * (len(runs) - 1)) / len(runs)
+    height = (1.0 - PANEL_GAP * (len(runs) - 1)) / len(runs)
     colors = {"sp": style.SP, "pv": style.PV, "op": style.OP, "mv": style.MV}
     data, notes = [], []
     layout: dict[str, Any] = {"hovermode": "x"}
     for k, (remedy, run) in enumerate(runs.items()):
         axis = "" if k == 0 else str(k + 1)
-        top = 1.0 - k * (height + GAP)
+        top = 1.0 - k * (height + PANEL_GAP)
         layout[f"yaxis{axis}"] = {"domain": [max(top - height, 0.0), top], "range": [low - room, high + room]}
         for signal, called in signals.items():
             if signal not in run:

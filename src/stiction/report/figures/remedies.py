@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from stiction.compensation.remedies import NOTHING
+from stiction.compensation.remedies import NO_ACTION
 from stiction.report import style
 from stiction.report.blocks import Figure
 from stiction.report.figures.label_placement import PLOT_SIZE_PX, place_labels
@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
 __all__ = ["remedy_sensitivity", "remedy_tradeoff"]
 
-FLOOR = 0.02
+MIN_PLOTTED_TRAVEL = 0.02
 """Stem travel relative to no action, below which a remedy is drawn at the edge [-]."""
-LEFT_BELOW = 14.0
+LABEL_SPACE_PERCENT = 14.0
 """Space below zero, for names [% of the PV deviation without action]."""
 
 
@@ -25,25 +25,28 @@ def remedy_tradeoff(trial: CompensationTrial) -> Figure | None:
     """Return PV deviation against stem travel, each remedy named; None where none was tried."""
     if not trial.remedies:
         return None
-    now = trial[NOTHING].behaviour
+    now = trial[NO_ACTION].behaviour
     points = [
         (
-            math.log10(max(one.behaviour.travel / max(now.travel, 1e-300), FLOOR)),
+            math.log10(max(one.behaviour.travel / max(now.travel, 1e-300), MIN_PLOTTED_TRAVEL)),
             100.0 * one.behaviour.pv_std / max(now.pv_std, 1e-300),
         )
         for one in trial.remedies
     ]
-    low, high = math.log10(FLOOR) - 0.1, max(max(x for x, _ in points) + 0.35, 0.6)
+    low, high = math.log10(MIN_PLOTTED_TRAVEL) - 0.1, max(max(x for x, _ in points) + 0.35, 0.6)
     top = max(112.0, 1.1 * max(y for _, y in points))
     at = [
-        ((x - low) / (high - low) * PLOT_SIZE_PX[0], (y + LEFT_BELOW) / (top + LEFT_BELOW) * PLOT_SIZE_PX[1])
+        (
+            (x - low) / (high - low) * PLOT_SIZE_PX[0],
+            (y + LABEL_SPACE_PERCENT) / (top + LABEL_SPACE_PERCENT) * PLOT_SIZE_PX[1],
+        )
         for x, y in points
     ]
     names = [f"<b>{one.name}</b>" if one.name == trial.recommended else one.name for one in trial.remedies]
     texts = place_labels(names, at)
     data = []
     for one, (x, y), (text, place) in zip(trial.remedies, points, texts, strict=True):
-        color, symbol = _looks(one, trial)
+        color, symbol = _marker_style(one, trial)
         data.append({
             "type": "scatter", "mode": "markers+text", "x": [10.0**x], "y": [y], "name": one.name,
             "text": [text], "textposition": place, "showlegend": False, "cliponaxis": False,
@@ -56,10 +59,13 @@ def remedy_tradeoff(trial: CompensationTrial) -> Figure | None:
     layout = {
         "xaxis": {
             "type": "log", "range": [low, high], "title": {"text": "Stem travel, relative to no action"},
-            "tickvals": ticks, "ticktext": [f"≤ {t:g}" if t == FLOOR else f"{t:g}" for t in ticks],
+            "tickvals": ticks, "ticktext": [f"≤ {t:g}" if t == MIN_PLOTTED_TRAVEL else f"{t:g}" for t in ticks],
         },
-        "yaxis": {"range": [-LEFT_BELOW, top], "title": {"text": "PV std [% of no action]"}},
-        "shapes": [_line(x0=1, x1=1, y0=0, y1=1, yref="paper"), _line(x0=0, x1=1, y0=100, y1=100, xref="paper")],
+        "yaxis": {"range": [-LABEL_SPACE_PERCENT, top], "title": {"text": "PV std [% of no action]"}},
+        "shapes": [
+            _reference_line(x0=1, x1=1, y0=0, y1=1, yref="paper"),
+            _reference_line(x0=0, x1=1, y0=100, y1=100, xref="paper"),
+        ],
     }  # fmt: skip
     caption = (
         "Left of and below the dotted lines a remedy gives a smaller PV deviation with less wear; the square is the "
@@ -72,7 +78,7 @@ def remedy_sensitivity(trial: CompensationTrial) -> Figure | None:
     """Return the PV deviation of each remedy as identified, for its worst seed, and with S and J off by 30 %."""
     if not trial.remedies:
         return None
-    ranked = [one for one in reversed(trial.remedies) if one.name != NOTHING]
+    ranked = [one for one in reversed(trial.remedies) if one.name != NO_ACTION]
     names = [f"<b>{one.name}</b>" if one.name == trial.recommended else one.name for one in ranked]
     plain = [100.0 * (1.0 - one.improvement) for one in ranked]
     seed = [100.0 * (1.0 - one.improvement_low) for one in ranked]
@@ -96,7 +102,7 @@ def remedy_sensitivity(trial: CompensationTrial) -> Figure | None:
         "xaxis": {"title": {"text": "PV std [% of no action]"}, "rangemode": "tozero"},
         "yaxis": {"showgrid": False, "ticks": ""},
         "hovermode": "closest",
-        "shapes": [_line(x0=100, x1=100, y0=0, y1=1, yref="paper")],
+        "shapes": [_reference_line(x0=100, x1=100, y0=0, y1=1, yref="paper")],
     }
     caption = (
         "Each remedy was designed for the identified S and J, then simulated with S and J 30 % larger and "
@@ -105,15 +111,15 @@ def remedy_sensitivity(trial: CompensationTrial) -> Figure | None:
     return Figure({"data": data, "layout": layout}, "Sensitivity to S and J", caption, height=120 + 30 * len(ranked))
 
 
-def _looks(one: RemedyTrial, trial: CompensationTrial) -> tuple[str, str]:
+def _marker_style(one: RemedyTrial, trial: CompensationTrial) -> tuple[str, str]:
     if one.name == trial.recommended:
         return style.OP, "diamond"
     if not one.at_hand:
         return style.MV, "square"
-    return (style.TEXT_COLOR, "x") if one.name == NOTHING else (style.PV, "circle")
+    return (style.TEXT_COLOR, "x") if one.name == NO_ACTION else (style.PV, "circle")
 
 
-def _line(**ends: Any) -> dict[str, Any]:
+def _reference_line(**ends: Any) -> dict[str, Any]:
     return {
         "type": "line",
         "layer": "below",

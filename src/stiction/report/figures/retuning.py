@@ -15,23 +15,23 @@ if TYPE_CHECKING:
 
 __all__ = ["retuning"]
 
-MOST = 12.0
+MAX_PLOTTED_IAE = 12.0
 """Largest IAE of a load step, relative to the present settings, that is drawn [-]."""
 
 
 def retuning(found: Retuning) -> Figure | None:
     """Return the PV deviation of the remaining cycle over the IAE of a load step, a point for each setting; or None."""
-    drawn = [one for one in found.curve if math.isfinite(one.load_iae) and one.load_iae <= MOST]
+    drawn = [one for one in found.curve if math.isfinite(one.load_iae) and one.load_iae <= MAX_PLOTTED_IAE]
     if not drawn:
         return None
     pid = found.controller
     chosen = [one for one in drawn if one.Kc == pid.Kc and one.Ti == pid.Ti]
     data: list[dict[str, Any]] = [
-        _points(
+        _point_trace(
             [one for one in drawn if not one.allowed], "beyond the limits", style.SECONDARY_COLOR, "circle-open", 7
         ),
-        _points([one for one in drawn if one.allowed], "within the limits", style.PV, "circle", 8),
-        _points(chosen, "the mildest that controls well", style.OP, "diamond", 12),
+        _point_trace([one for one in drawn if one.allowed], "within the limits", style.PV, "circle", 8),
+        _point_trace(chosen, "the mildest that controls well", style.OP, "diamond", 12),
     ]
     layout = {
         "xaxis": {"type": "log", "title": {"text": "IAE of a load step, times the present"}},
@@ -43,18 +43,18 @@ def retuning(found: Retuning) -> Figure | None:
             }
         ],
     }  # fmt: skip
-    ticks = [t for t in (0.2, 0.5, 1, 2, 5, 10) if t <= MOST]
+    ticks = [t for t in (0.2, 0.5, 1, 2, 5, 10) if t <= MAX_PLOTTED_IAE]
     layout["xaxis"] |= {"tickvals": ticks, "ticktext": [f"{t:g}" for t in ticks]}
     lost = len(found.curve) - len(drawn)
     caption = (
         "Each point is a setting of Kc and Ti (hover to read it). Lower: a smaller oscillation; further right: a "
         "slower response to a load with a good valve. The dotted line marks the present setting."
-        + (f" {lost} settings beyond {MOST:g} times the IAE are not drawn." if lost else "")
+        + (f" {lost} settings beyond {MAX_PLOTTED_IAE:g} times the IAE are not drawn." if lost else "")
     )
     return Figure({"data": data, "layout": layout}, "Oscillation and load response by retuning", caption, height=380)
 
 
-def _points(some: Sequence[TradeOff], name: str, color: str, symbol: str, size: int) -> dict[str, Any]:
+def _point_trace(some: Sequence[TradeOff], name: str, color: str, symbol: str, size: int) -> dict[str, Any]:
     return {
         "type": "scatter", "mode": "markers", "name": name, "x": [one.load_iae for one in some],
         "y": [one.pv_std for one in some], "marker": {"color": color, "symbol": symbol, "size": size},

@@ -7,7 +7,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from stiction.errors import RecordError
+from stiction.errors import RecordError, Setting
 
 __all__ = ["MatlabObject", "read_group"]
 
@@ -48,7 +48,8 @@ def _read_item(item: Any, name: str, max_bytes: int, depth: int) -> Any:
         return MatlabObject()
     if 8 * (item.size or 0) > max_bytes:
         raise RecordError(
-            f"{name}: {item.name} is larger than {max_bytes:,} bytes; save a part, or allow more with max_bytes."
+            f"{name}: {item.name} is larger than {max_bytes:,} bytes",
+            remedy=("save a part, or allow more with ", Setting("max_bytes")),
         )
     kind = item.attrs.get("MATLAB_class", b"")
     values = item[()]

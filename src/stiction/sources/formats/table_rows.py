@@ -77,7 +77,9 @@ def make_table(
         ambiguous = find_ambiguous_cell(sample, decimal, delimiter=dialect.delimiter, width=dialect.width)
         if ambiguous:
             cell, value, other = ambiguous
-            table.notes.append(f"{cell!r} is read as {value:.10g}; if that is wrong give decimal={other!r}.")
+            table.notes.append(
+                f"{cell!r} is read as {value:.10g}; if that is wrong give the decimal mark (decimal) {other!r}."
+            )
     if n := len(dialect.above):
         table.notes.append(f"{n} line{'s' * (n > 1)} above the header {'are' if n > 1 else 'is'} not used.")
     return table

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from stiction.errors import ParameterError, RecordError
+from stiction.errors import ParameterError, RecordError, Setting
 from stiction.sources.roles.by_data import find_roles_by_data
 from stiction.sources.roles.column_names import normalise_name, parse_column_name
 from stiction.sources.roles.group_columns import add_bare_tags, group_columns, shorten_block_tags, use_weaker_words
@@ -144,9 +144,15 @@ def _make_loops(
         found = {role for group in groups for role in group.columns}
         no_op = "the controller output OP is missing: export it too, or " if "pv" in found and "op" not in found else ""
         raise RecordError(
-            f"{source}, line {max(1, columns[0].table.first_line - 1)}: no loop with PV and OP was found among the "
-            f"columns {names}{recognised}; {no_op}say which is which with "
-            "columns={'pv': ..., 'op': ...}, or with a map."
+            f"{source}, line {max(1, columns[0].table.first_line - 1)}: no loop with OP and PV or valve position (MV) "
+            f"was found among the columns {names}{recognised}",
+            remedy=(
+                f"{no_op}say which is which with ",
+                Setting("columns", {"op": None, "pv": None}),
+                " or ",
+                Setting("columns", {"op": None, "mv": None}),
+                ", or with a map",
+            ),
         )
     doubled = {id(group): text for group in usable if (text := _role_with_two(group))}
     for group in usable:
@@ -173,7 +179,7 @@ def _role_with_two(group: TagGroup) -> str:
         if len(found) > 1 and role.split()[-1] not in FLAG_ROLES:
             one, other = (column_label(column) for column in found[:2])
             both = f"columns {one!r} and {other!r} are both the {role.upper()} of one loop"
-            return f"{both}; say which with columns={{'{role}': ...}} (--columns)."
+            return f"{both}; name the right one (columns)."
     return ""
 
 
@@ -193,8 +199,12 @@ def _choose_loop(loops: list[LoopRoles], options: ReadOptions, source: str) -> l
         listed = ", ".join(loop.tag or stem for loop in loops[:MAX_LISTED])
         if len(loops) == 1 and options.map is None and set(options.columns) & set(NUMERIC_ROLES):
             raise RecordError(
-                f"{source}: columns (--column) names columns of the loop {listed}, tag (--tag) the loop {options.tag}; "
-                "leave one of them out."
+                f"{source}: ",
+                Setting("columns"),
+                f" names columns of the loop {listed}, ",
+                Setting("tag"),
+                f" the loop {options.tag}",
+                remedy="leave one of them out",
             )
         raise RecordError(f"{source}: has no loop {options.tag!r}; its loops are {listed}.")
     return chosen[:1]

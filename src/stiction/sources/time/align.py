@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.display.number_format import count_noun
-from stiction.errors import RecordError
+from stiction.errors import RecordError, Setting
 from stiction.sources.time.grid import Grid, regular_grid
 from stiction.sources.time.stamps import Stamps, unread_stamp_error
 from stiction.sources.time.time_order import shortest_number, sort_by_time, spread_rounded_stamps
@@ -64,8 +64,8 @@ def align_tags(
     kinds = sorted({tag.stamps.kind for tag in tags})
     if len(kinds) > 1:
         raise RecordError(
-            f"{name}: the tags have time stamps of different kinds ({', '.join(kinds)}); export all with a "
-            "zone, or give the zone of the others with timezone= (--timezone)."
+            f"{name}: the tags have time stamps of different kinds ({', '.join(kinds)})",
+            remedy=("export all with a zone, or give the zone of the others with ", Setting("timezone")),
         )
     different = {id(tag.stamps): tag.stamps for tag in tags}
     sorted_rows = {key: _sort_rows(stamps) for key, stamps in different.items()}

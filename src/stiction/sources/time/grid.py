@@ -13,7 +13,7 @@ import numpy as np
 
 from stiction.display.duration_format import format_seconds
 from stiction.display.number_format import count_noun
-from stiction.errors import RecordError
+from stiction.errors import RecordError, Setting
 from stiction.sources.time.stamps import unread_stamp_error
 from stiction.sources.time.time_order import (
     MAX_SHARED_STAMPS,
@@ -73,10 +73,11 @@ def regular_grid(
     if dt is not None and (len(t) < 2 or np.ptp(t) == 0.0):
         return Grid(np.arange(n_rows), dt, notes=["The time stamps are of no use: dt is as given."])
     if len(t) < 2:
-        raise unread_stamp_error(stamps, name, first_line, other_remedy=" or dt= (--dt)")
+        raise unread_stamp_error(stamps, name, first_line, other_remedy=(" or ", Setting("dt")))
     if np.ptp(t) == 0.0:
         raise RecordError(
-            f"{name}, line {first_line}: all time stamps are equal; give dt if the rows are evenly sampled."
+            f"{name}, line {first_line}: all time stamps are equal",
+            remedy=("give ", Setting("dt"), " if the rows are evenly sampled"),
         )
     is_reversed = is_newest_first(t)
     result, rows = sort_by_time(stamps, rows_differ)
@@ -125,8 +126,12 @@ def _is_last_of_stamp(
             limit = f"and other values (up to {MAX_SHARED_STAMPS:.0%} may)"
             if np.median(np.abs(rows[twice + 1] - rows[twice])) <= 1:
                 raise RecordError(
-                    f"{shared} the next {limit}, so the stamps are rounded; export finer ones, or, if the rows are "
-                    "evenly sampled, give the sampling period with dt= (--dt) in seconds."
+                    f"{shared} the next {limit}, so the stamps are rounded",
+                    remedy=(
+                        "export finer ones, or, if the rows are evenly sampled, give the sampling period with ",
+                        Setting("dt"),
+                        " in seconds",
+                    ),
                 )
             raise RecordError(
                 f"{shared} one elsewhere in the file {limit}, as where two exports stand one below the other; give "
@@ -151,7 +156,8 @@ def _place_rows(
         k = int(np.argmax(steps))
         raise RecordError(
             f"{name}: rows {rows[k] + 1} and {rows[k + 1] + 1} of the data are {steps[k]:.6g} s apart, the sampling "
-            f"period is {period:.6g} s; cut the file there, or give dt."
+            f"period is {period:.6g} s",
+            remedy=("cut the file there, or give ", Setting("dt")),
         )
     if dt is None:  # the slope over all rows, so that a period of 9.999 s does not drift
         centred = place - place.mean()

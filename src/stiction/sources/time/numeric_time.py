@@ -89,7 +89,7 @@ def parse_numeric_time(values: NDArray[np.float64], unit: float | None) -> Stamp
         return Stamps(values * unit, "relative")
     if _counts_as_clock(finite):
         seconds, form = compact_clock_seconds(values)
-        note = f"The time column is taken as a clock without marks ({form}); if that is wrong give dt= (--dt)."
+        note = f"The time column is taken as a clock without marks ({form}); if not, give the sampling period (dt)."
         return Stamps(unwrap_clock(seconds), "relative", [note])
     step = float(np.median(np.abs(np.diff(finite))))
     if step >= 500.0 and step % 300.0:  # no loop is recorded so slowly, other than at multiples of five minutes

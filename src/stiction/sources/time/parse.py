@@ -101,7 +101,7 @@ def _parse_date_and_clock(dates: pl.Series, clocks: pl.Series, options: ReadOpti
     stamps.seconds = stamps.seconds + seconds
     if cut := next((cell for cell in sample if len(re.split("[.,]", cell)[0]) < len(form)), ""):
         note = f"Times such as {cut} are read as hours and minutes"
-        doubt = "; if seconds are among them give the sampling period with dt= (--dt)"
+        doubt = "; if seconds are among them give the sampling period (dt)"
         stamps.notes.append(f"{note}{', and seconds' if form == 'hhmmss' else doubt}.")
     return stamps
 

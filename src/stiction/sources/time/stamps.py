@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.errors import RecordError
+from stiction.errors import RecordError, Setting
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -35,11 +35,15 @@ class Stamps:
     """How many of `clock_jumps` were changes to or from summer time."""
 
 
-def unread_stamp_error(stamps: Stamps, name: str, first_line: int, *, other_remedy: str = "") -> RecordError:
+def unread_stamp_error(
+    stamps: Stamps, name: str, first_line: int, *, other_remedy: tuple[str | Setting, ...] = ()
+) -> RecordError:
     """Make the error of a source of which no two time stamps are understood."""
     row, cell = stamps.first_unread or (0, "")
-    remedy = f"give time_format='...' (--time-format){other_remedy}"
-    return RecordError(f"{name}, line {first_line + row}: {cell!r} is no time stamp known here; {remedy}.")
+    return RecordError(
+        f"{name}, line {first_line + row}: {cell!r} is not a known form of time stamp",
+        remedy=("give ", Setting("time_format"), *other_remedy),
+    )
 
 
 def unwrap_clock(seconds: NDArray[np.float64], turn: float = 86400.0) -> NDArray[np.float64]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.errors import RecordError
+from stiction.errors import RecordError, Setting
 from stiction.sources.table import SNIFF_ROWS
 from stiction.sources.time.stamps import Stamps, unwrap_clock
 from stiction.sources.time.text_stamps import CLOCK, ELAPSED, NUMBERED, REWRITES, parse_day
@@ -27,11 +27,11 @@ _USUAL = re.compile(
 )
 _COMPACT = re.compile(r"(?:19|20)\d{6}(?P<between>[T ]?)\d{6}(?P<zone>Z?)")
 _DATE_ORDERS = {
-    "dmy": ("day before month", "day_first=True"),
-    "mdy": ("month before day", "day_first=False"),
-    "ymd": ("year, month, day", "time_format='%y/%m/%d %H:%M:%S'"),
+    "dmy": ("day before month", "say that the day is first (day_first)"),
+    "mdy": ("month before day", "say that the day is not first (day_first)"),
+    "ymd": ("year, month, day", "give the format of the time (time_format), '%y/%m/%d %H:%M:%S'"),
 }
-"""Order -> its name, and the argument that asks for it."""
+"""Order -> its name, and how to ask for it."""
 
 
 def parse_text_stamps(cells: pl.Series, *, day_first: bool | None = None, time_format: str | None = None) -> Stamps:
@@ -181,7 +181,7 @@ def choose_date_order(texts: Sequence[str], has_am_pm: bool, notes: list[str]) -
     differing = (reason for a, b, reason in zip(ranks[best], ranks[second], reasons, strict=True) if a != b)
     if reason := next(differing, "nothing in the file tells"):
         (text, _), (_, remedy) = _DATE_ORDERS[best], _DATE_ORDERS[second]
-        notes.append(f"Dates such as {days[0]} are read {text} ({reason}); if that is wrong give {remedy}.")
+        notes.append(f"Dates such as {days[0]} are read {text} ({reason}); if that is wrong {remedy}.")
     return best
 
 
@@ -216,7 +216,10 @@ def parse_by_strptime(cell: str, time_format: str) -> tuple[float, bool]:
         stamp = datetime.strptime(cell, time_format)
     except ValueError as error:
         if "format" in str(error) and "does not match" not in str(error):
-            raise RecordError(f"time_format {time_format!r} is no strptime format ({error}).") from None
+            raise RecordError(
+                Setting("time_format"), f" {time_format!r} is not a format of strptime ({error})",
+                remedy="give one such as '%d.%m.%Y %H:%M:%S'",
+            ) from None  # fmt: skip
         return np.nan, False
     aware = stamp if stamp.tzinfo else stamp.replace(tzinfo=UTC)
     return (aware - datetime(1970, 1, 1, tzinfo=UTC)) / timedelta(seconds=1), stamp.tzinfo is not None

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.errors import RecordError
+from stiction.errors import RecordError, Setting
 from stiction.sources.roles.vocabulary import INDEX_WORDS, TIME_UNITS, TIME_WORDS, UNIT_IN_BRACKETS, without_unit
 from stiction.sources.time.numeric_time import find_epoch, is_compact_clock
 from stiction.sources.time.text_column import parse_by_strptime
@@ -117,11 +117,20 @@ def missing_time_error(table: RawTable, headings: Sequence[str], used: Collectio
         if (steps.size > 0 and ((steps > 0).all() or (steps < 0).all())) or _are_mostly_stamps(table.sample_column(i)):
             column = headings[i] if i < len(headings) and headings[i] else i
             return RecordError(
-                f"{table.origin.name}: no column is known as time; if {column!r} is, say so with "
-                f"columns={{'time': {column!r}}}, or give the sampling period with dt= (--dt) in seconds."
+                f"{table.origin.name}: no column is known as time",
+                remedy=(
+                    f"if {column!r} is, say so with ",
+                    Setting("columns", {"time": column}),
+                    ", or give the sampling period with ",
+                    Setting("dt"),
+                    " in seconds",
+                ),
             )
     counted = "only a sample index" if has_index else "no time column"
-    return RecordError(f"{table.origin.name}: has {counted}; give the sampling period with dt= (--dt) in seconds.")
+    return RecordError(
+        f"{table.origin.name}: has {counted}",
+        remedy=("give the sampling period with ", Setting("dt"), " in seconds"),
+    )
 
 
 def is_numeric_column(table: RawTable, position: int) -> bool:

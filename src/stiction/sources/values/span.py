@@ -64,30 +64,30 @@ def op_to_percent(
         return known
     low, high = _limits(op)
     lies, written = f"OP lies in {low:.4g} to {high:.4g}", unit.upper()
-    left = "left as it is, S and J are then in its unit; give op_range="
+    left = "left as it is, S and J are then in its unit; to convert, give the range of OP (op_range), "
     if written in STANDARD_SIGNALS:
         zero, full = STANDARD_SIGNALS[written]
         unlike = f"unlike a signal of {zero:g} to {full:g} {unit}"
-        return Percent(op, unit, [f"{lies}, {unlike}: {left}({zero:g}, {full:g}) to convert."])
+        return Percent(op, unit, [f"{lies}, {unlike}: {left}{zero:g} to {full:g}."])
     if written in OTHER_OUTPUT_UNITS:
-        return Percent(op, unit, [f"OP is given in {unit}: {left}(low, high) to convert."])
+        return Percent(op, unit, [f"OP is given in {unit}: {left}low to high."])
     scale = detect_op_scale(low, high)
     may_be_current = not written and low >= CURRENT_RANGE[0] and high <= CURRENT_RANGE[1]
     span = None if written else _span_by_position(op, position, position_unit)
     if span and (may_be_current or scale == "fraction"):
         ends = f"{span[0]:g} is taken as 0 % and {span[1]:g} as 100 %"
-        note = f"OP goes with the valve position when {ends}; give op_range if that is wrong."
+        note = f"OP goes with the valve position when {ends}; give the range of OP (op_range) if that is wrong."
         return Percent(_scale(op, span), "", [note] if span != (0.0, 100.0) else [])
     if scale in _LOOKS:
-        hint = "(0, 1)" if scale == "fraction" else "(low, high)"
+        hint = "0 to 1" if scale == "fraction" else "low to high"
         doubt = "" if written in PERCENT_UNITS else UNKNOWN_UNIT
-        return Percent(op, doubt, [f"{lies} and looks {_LOOKS[scale]}: {left}{hint} to convert."])
+        return Percent(op, doubt, [f"{lies} and looks {_LOOKS[scale]}: {left}{hint}."])
     if not may_be_current:
         return Percent(op, "", [])
     if all(np.count_nonzero(np.abs(op - end) < 0.01) >= 3 for end in (4.0, 20.0)):
-        note = f"{lies} and rests at 4 and at 20: it is taken as mA; give op_range=(0, 100) if it is in %."
+        note = f"{lies} and rests at 4 and at 20: it is taken as mA; if it is in %, give the range of OP (op_range)."
         return Percent(_scale(op, (4.0, 20.0)), "", [note])
-    hint = "(0, 100) if it is in %, op_range=(4, 20) if it is in mA."
+    hint = "0 to 100 if it is in %, 4 to 20 if it is in mA."
     return Percent(op, UNKNOWN_UNIT, [f"{lies} without a unit and may be in % or mA: {left}{hint}"])
 
 
@@ -115,12 +115,12 @@ def position_to_percent(
     is_off = detect_op_scale(*_limits(op)) == "percent" and (low < -10.0 or high > 110.0)
     if not near and not is_off and unit.upper() not in OTHER_OUTPUT_UNITS:
         return Percent(mv, "", [])
-    looks, ends = "", "low, high"
+    looks, ends = "", "low to high"
     if near:
         looks = " and goes with OP as a signal of {:g} to {:g} would".format(*near[0])
-        ends = "{:g}, {:g}".format(*near[0])
+        ends = "{:g} to {:g}".format(*near[0])
     note = f"The valve position lies in {low:.4g} to {high:.4g}{looks}: it is taken as % of span as it stands; "
-    return Percent(mv, "", [f"{note}give mv_range=({ends}) to convert."])
+    return Percent(mv, "", [f"{note}to convert, give the range of the valve position (mv_range), {ends}."])
 
 
 def _by_unit(
@@ -135,7 +135,7 @@ def _by_unit(
     if low < -100.0 * overrange or high > 100.0 * (1.0 + overrange):
         return None
     note = f"{name} is given in {unit}: {span[0]:g} {unit} are taken as 0 % and {span[1]:g} {unit} as 100 %; "
-    note += f"give {option} if that is wrong."
+    note += f"give the range ({option}) if that is wrong."
     if unit.upper() in FRACTION_UNITS:
         note = f"{name} is given in {unit.lower()} and was multiplied by 100."
     return Percent(percent, "", [note])

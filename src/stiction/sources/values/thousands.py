@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.errors import RecordError
+from stiction.errors import RecordError, Setting
 from stiction.sources.values.number_text import is_number, parse_number
 
 if TYPE_CHECKING:
@@ -77,8 +77,14 @@ def refuse_ambiguous_thousands(
         return
     largest_whole = numbers[int(np.argmax(np.where(has_mark.to_numpy(), -1.0, size)))]
     raise RecordError(
-        f"{where}: {largest_whole!r} beside {marked[0]!r} may be thousands separated by {decimal!r}; give "
-        f"decimal={_OTHER_MARK[decimal]!r} if they are, decimal={decimal!r} if not."
+        f"{where}: {largest_whole!r} beside {marked[0]!r} may be thousands separated by {decimal!r}",
+        remedy=(
+            "give ",
+            Setting("decimal", _OTHER_MARK[decimal]),
+            " if they are, ",
+            Setting("decimal", decimal),
+            " if not",
+        ),
     )
 
 
@@ -95,8 +101,8 @@ def refuse_other_decimal(
     if found > max(1.0, max_share * n_cells):
         raise RecordError(
             f"{where}: {100.0 * found / n_cells:.2g} % of its cells, such as {max(numbers, key=numbers.__getitem__)}, "
-            f"are numbers only with a decimal {'comma' if other == ',' else 'point'}; leave out decimal= or "
-            f"--decimal, or give decimal={other!r}."
+            f"are numbers only with a decimal {'comma' if other == ',' else 'point'}",
+            remedy=("leave out ", Setting("decimal"), ", or give ", Setting("decimal", other)),
         )
 
 

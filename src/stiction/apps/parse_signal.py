@@ -1,4 +1,4 @@
-"""Signals from text: ``150,160@600`` for levels that change, ``ramp:start=0,stop=20,rate=0.1`` for test signals."""
+"""Make signals from text: ``150,160@600`` for changing levels, ``ramp:start=0,stop=20,rate=0.1`` for test signals."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiction.apps.model_text import build, split
+from stiction.apps.parse_model import build_model, split_spec
 from stiction.errors import ParameterError, RecordError, require_finite, require_samples
 
 if TYPE_CHECKING:
@@ -14,18 +14,18 @@ if TYPE_CHECKING:
 
     from stiction.records import LoopRecord
 
-__all__ = ["SIGNALS", "levels", "op_signal"]
+__all__ = ["SIGNALS", "parse_levels", "parse_op_signal"]
 
 SIGNALS = ("ramp", "triangle", "sine", "staircase", "random_walk", "binary_sequence")
 
 
-def levels(name: str, spec: str | float, duration: float, dt: float) -> NDArray[np.float64]:
+def parse_levels(name: str, spec: str | float, duration: float, dt: float) -> NDArray[np.float64]:
     """Read a level, or levels that change at given times.
 
     Parameters
     ----------
     name : str
-        What is read, for the error.
+        Name of the signal, for the error.
     spec : str or float
         ``LEVEL`` or ``LEVEL,LEVEL@TIME,...`` with times in seconds, ascending.
     duration, dt : float
@@ -39,11 +39,11 @@ def levels(name: str, spec: str | float, duration: float, dt: float) -> NDArray[
     Raises
     ------
     ParameterError
-        When a level or a time cannot be read, the times do not ascend, or the duration is too long.
+        When a level or a time cannot be read, the times are not ascending, or the duration is too long.
 
     Examples
     --------
-    >>> levels("sp", "50,55@2", duration=4.0, dt=1.0).tolist()
+    >>> parse_levels("sp", "50,55@2", duration=4.0, dt=1.0).tolist()
     [50.0, 50.0, 55.0, 55.0]
     """
     if not (dt > 0.0 and duration >= dt):
@@ -66,15 +66,15 @@ def levels(name: str, spec: str | float, duration: float, dt: float) -> NDArray[
     return series
 
 
-def op_signal(spec: str, dt: float) -> tuple[NDArray[np.float64], float]:
-    """Make the input of a valve: a test signal by its name, or the OP of a CSV file.
+def parse_op_signal(spec: str, dt: float) -> tuple[NDArray[np.float64], float]:
+    """Make the input of a valve from the name of a test signal or of a CSV file with an OP.
 
     Parameters
     ----------
     spec : str
-        ``NAME:PARAMETER=VALUE,...`` with a name out of `SIGNALS`, or the name of a file ("-" is the standard input).
+        ``NAME:PARAMETER=VALUE,...`` with a name of `SIGNALS`, or the name of a file ("-" is the standard input).
     dt : float
-        Sampling period [s]; a file brings its own.
+        Sampling period [s]; not used for a file.
 
     Returns
     -------
@@ -92,16 +92,16 @@ def op_signal(spec: str, dt: float) -> tuple[NDArray[np.float64], float]:
 
     Examples
     --------
-    >>> op_signal("staircase:levels=50 51 50,hold=2", dt=1.0)[0].tolist()
+    >>> parse_op_signal("staircase:levels=50 51 50,hold=2", dt=1.0)[0].tolist()
     [50.0, 50.0, 51.0, 51.0, 50.0, 50.0]
     """
     name, colon, _ = spec.partition(":")
     if not colon and spec.strip().lower().replace("-", "_") not in SIGNALS:
-        return _op_of_file(spec)
+        return _read_op(spec)
     from stiction.simulation import input_signals
 
     makers: dict[str, Any] = {known: getattr(input_signals, known) for known in SIGNALS}
-    name, given = split("op", spec.replace(name, name.replace("-", "_"), 1))
+    name, given = split_spec("op", spec.replace(name, name.replace("-", "_"), 1))
     seed = given.get("seed")
     if isinstance(seed, str) and seed.isdigit():
         given["seed"] = int(seed)
@@ -110,18 +110,18 @@ def op_signal(spec: str, dt: float) -> tuple[NDArray[np.float64], float]:
         lengths["ramp"] = abs(_number(given.get("stop")) - _number(given.get("start"))) / rate
     for what, seconds in lengths.items():
         require_samples(what, seconds, dt)
-    return build("op signal", name, makers, {"dt": dt, **given}), dt
+    return build_model("op signal", name, makers, {"dt": dt, **given}), dt
 
 
 def _number(text: Any) -> float:
-    """A number, or 0 where there is none to be read: the maker of the signal says what is wrong with it."""
+    """Return a number, or 0 for other text, which the function that makes the signal will refuse."""
     try:
         return float(text)
     except (TypeError, ValueError):
         return 0.0
 
 
-def _op_of_file(path: str) -> tuple[NDArray[np.float64], float]:
+def _read_op(path: str) -> tuple[NDArray[np.float64], float]:
     from stiction.records.quality import find_outliers
     from stiction.sources import read
 
@@ -130,7 +130,7 @@ def _op_of_file(path: str) -> tuple[NDArray[np.float64], float]:
     except RecordError:
         if path == "-":
             raise
-        records = _alone(path)
+        records = _read_plan(path)
     if len(records) > 1:
         tags = ", ".join(record.tag for record in records)
         raise RecordError(f"{path}: holds {len(records)} loops ({tags}); give a file with one OP column.")
@@ -147,8 +147,8 @@ def _op_of_file(path: str) -> tuple[NDArray[np.float64], float]:
     return op, records[0].dt
 
 
-def _alone(path: str) -> list[LoopRecord]:
-    """Read a plan, time and OP alone: the reader asks for a stem too, and is given the OP for it."""
+def _read_plan(path: str) -> list[LoopRecord]:
+    """Read a plan, which has time and OP only; the OP also stands for the stem that the reader needs."""
     from stiction.sources import read
 
     try:

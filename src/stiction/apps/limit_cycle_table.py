@@ -1,4 +1,4 @@
-"""The table of limit cycles, as the command line prints it and the page shows it."""
+"""Table of limit cycles for the command line and for HTML pages."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from stiction.limitcycle import LimitCycle
 
-__all__ = ["COLUMNS", "FAMILIES", "row"]
+__all__ = ["COLUMNS", "FAMILIES", "cycle_row"]
 
 COLUMNS = (
     "Kind", "Family", "Stable", "Period [s]", "OP amplitude [%]", "PV amplitude", "Exact period [s]", "Exact OP [%]",
@@ -21,8 +21,8 @@ FAMILIES = (
 )
 
 
-def row(cycle: LimitCycle) -> list[Any]:
-    """Return what the tables say of one cycle."""
+def cycle_row(cycle: LimitCycle) -> list[Any]:
+    """Return the table row of a limit cycle."""
     from stiction.report.labels import format_number
 
     exact = cycle.exact or (cycle if cycle.method == "continuous" else None)

@@ -1,4 +1,4 @@
-"""Files that verbs write: checked before the work, written whole or not at all, never over what is not ours."""
+"""Output files of the commands: checked before the work, written completely or not at all; foreign files stay."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = [
     "check_target",
     "check_text",
     "csv_text",
-    "plant_csv",
+    "historian_csv",
     "write_csv",
     "write_text",
 ]
@@ -29,12 +29,12 @@ _TEXTS = {
     "--structured-text": re.compile(rb"\(\*.*?Written \d{4}-\d\d-\d\d by stiction ", re.DOTALL),
     "--work-order": re.compile(rb"# Work order: control valve of "),
 }
-"""How the files begin that these options write."""
+"""Option -> how the files that it writes begin."""
 _MARK = b'<meta name="generator" content="stiction'
 
 
 def check_target(path: str) -> Path:
-    """Return the path of a file that can be written, or say why it cannot be, before any work is done.
+    """Return the path of an output file, or refuse one that cannot be written.
 
     Raises
     ------
@@ -60,12 +60,12 @@ def check_target(path: str) -> Path:
 
 
 def check_report(path: str) -> Path:
-    """Do as `check_target` does, and refuse to replace a file that is no report of this program.
+    """Check a target, and refuse to replace a file that is not a report of this program.
 
     Raises
     ------
     RecordError
-        When the report could not be written, or would replace something else.
+        When the report cannot be written, or would replace another file.
     """
     target = check_target(path)
     if target.exists() and (not target.is_file() or _MARK not in _head(target)):
@@ -74,12 +74,12 @@ def check_report(path: str) -> Path:
 
 
 def check_text(path: str, option: str) -> Path:
-    """Do as `check_target` does, and refuse to replace a file that does not begin as those that the option writes.
+    """Check a target, and refuse to replace a file that does not begin like the files of this option.
 
     Raises
     ------
     RecordError
-        When the text could not be written, or would replace something else.
+        When the text cannot be written, or would replace another file.
     """
     target = check_target(path)
     if target.is_file() and target.stat().st_size and not _TEXTS[option].match(_head(target)):
@@ -88,12 +88,12 @@ def check_text(path: str, option: str) -> Path:
 
 
 def check_folder(folder: Path) -> Path:
-    """Make a folder where there is none, and return it.
+    """Return a folder, created if it does not exist.
 
     Raises
     ------
     RecordError
-        When it cannot be made or written to.
+        When it cannot be created or written to.
     """
     if folder.exists() and not folder.is_dir():
         raise RecordError(f"{folder} is a file where a folder is to be; remove it, or name another report.")
@@ -114,7 +114,7 @@ def _head(path: Path) -> bytes:
 
 
 def csv_text(record: LoopRecord) -> str:
-    r"""Return the signals as CSV: ``time_s,SP,PV,OP,MV,VALVE_SIGNAL``, those that are there; MV is the valve position.
+    r"""Return the recorded signals as CSV: ``time_s,SP,PV,OP,MV,VALVE_SIGNAL``; MV is the valve position.
 
     Examples
     --------
@@ -129,14 +129,14 @@ def csv_text(record: LoopRecord) -> str:
     return "\n".join(lines) + "\n"
 
 
-def plant_csv(record: LoopRecord) -> str:
-    """Return the signals as a plant's historian would: time stamps, and the tag before each signal.
+def historian_csv(record: LoopRecord) -> str:
+    """Return the signals as CSV like a historian's export: time stamps, and the tag before each signal.
 
     Examples
     --------
     >>> from datetime import datetime
     >>> from stiction.records import LoopRecord
-    >>> plant_csv(LoopRecord("FIC-101", 2.0, op=[50.0], pv=[3.0], start=datetime(2026, 3, 2))).splitlines()
+    >>> historian_csv(LoopRecord("FIC-101", 2.0, op=[50.0], pv=[3.0], start=datetime(2026, 3, 2))).splitlines()
     ['Time,FIC-101.PV,FIC-101.OP', '2026-03-02 00:00:00,3,50']
     """
     from datetime import timedelta
@@ -152,7 +152,7 @@ def plant_csv(record: LoopRecord) -> str:
 
 
 def write_csv(record: LoopRecord, path: Path | None) -> None:
-    """Write the signals to a file, or to the output where there is none."""
+    """Write the signals to a file, or to the standard output without a path."""
     if path is None:
         sys.stdout.write(csv_text(record))
     else:
@@ -160,7 +160,7 @@ def write_csv(record: LoopRecord, path: Path | None) -> None:
 
 
 def write_text(text: str, path: Path) -> None:
-    """Write a file whole or not at all; what is no file, such as a pipe, is written into."""
+    """Write a file completely or not at all; write directly to anything else, such as a pipe."""
     if path.exists() and not path.is_file():
         try:
             path.write_text(text, encoding="utf-8")

@@ -22,27 +22,35 @@ if TYPE_CHECKING:
     from stiction.limitcycle.linear import LinearPart
     from stiction.models import Loop
 
-__all__ = ["basins", "bifurcations", "exact_of", "in_time", "motion", "nyquist", "phase_portrait"]
+__all__ = [
+    "basin_plot",
+    "bifurcation_plot",
+    "exact_cycles",
+    "nyquist_plot",
+    "phase_portrait",
+    "simulate_two_periods",
+    "time_plot",
+]
 
 COLORS = (style.PV, style.OP, style.MV, style.ALERT, "#7A4FA3", style.SP, "#8A6D00", style.MODEL)
 DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")
-STARTS = 41
-VALUES = 15
+STARTS_PER_AXIS = 41
+BIFURCATION_VALUES = 15
 UNITS = {
     "dead_time": "s", "Kc": "% of span per PV unit", "Ti": "s", "Td": "s", "r": "% of span / s",
     **dict.fromkeys(("disturbance", "d", "S", "J", "fs", "fd", "sb", "sj"), "% of span"),
 }  # fmt: skip
-"""Units of the parameters that have one."""
+"""Parameter -> its unit."""
 _KINDS = (("stable cycle", "circle"), ("unstable cycle", "circle-open"), ("boundary", "x"))
 
 
-def exact_of(found: Sequence[LimitCycle]) -> list[LimitCycle]:
+def exact_cycles(found: Sequence[LimitCycle]) -> list[LimitCycle]:
     """Return the exact cycles, each once, by amplitude."""
     exact = [cycle.exact if cycle.exact is not None else cycle for cycle in found if cycle.kind == "cycle"]
     return sorted((cycle for cycle in exact if cycle.section), key=lambda cycle: cycle.amplitude)
 
 
-def nyquist(loop: Loop, found: Sequence[LimitCycle], *, sp: float, disturbance: float) -> Figure:
+def nyquist_plot(loop: Loop, found: Sequence[LimitCycle], *, sp: float, disturbance: float) -> Figure:
     """Return L(j omega) with -1/N(A) of each family, the crossings marked by kind."""
     linear = linear_part(loop, sp=sp, disturbance=disturbance)
     predicted = [cycle for cycle in found if cycle.method == "describing function"] or list(found)
@@ -51,8 +59,10 @@ def nyquist(loop: Loop, found: Sequence[LimitCycle], *, sp: float, disturbance: 
     data = [_curve(linear.at(1j * omega), "L(jω)", style.line_style(style.PV, 1.8))]
     for k, name in enumerate(family_names(loop.valve)):
         family = branches_of_family(loop.valve, name)
-        inverse = np.concatenate([np.append(_inverse(family, a, rates[0]), np.nan) for a in family.branches(80)[:6]])
-        rated = f" at {labels.format_number(rates[0])} rad/s" if family.rated else ""
+        inverse = np.concatenate(
+            [np.append(_negative_inverse(family, a, rates[0]), np.nan) for a in family.branches(80)[:6]]
+        )
+        rated = f" at {labels.format_number(rates[0])} rad/s" if family.rate_dependent else ""
         line = {"color": COLORS[1 + k], "dash": DASHES[1 + k], "width": 1.4}
         data.append(_curve(inverse, f"-1/N(A){f', family {name}' if name else ''}{rated}", line))
     for kind, symbol in _KINDS:
@@ -74,7 +84,9 @@ def nyquist(loop: Loop, found: Sequence[LimitCycle], *, sp: float, disturbance: 
     return Figure({"data": data, "layout": layout}, "Nyquist plot", caption, height=460)
 
 
-def motion(loop: Loop, cycle: LimitCycle, *, sp: float, disturbance: float) -> tuple[NDArray[Any], NDArray[Any]]:
+def simulate_two_periods(
+    loop: Loop, cycle: LimitCycle, *, sp: float, disturbance: float
+) -> tuple[NDArray[Any], NDArray[Any]]:
     """Return time [s] and (valve position, OP, PV) over two periods of an exact cycle."""
     time = np.linspace(0.0, 2.0 * cycle.period, 601)
     *states, position = cycle.section
@@ -82,7 +94,7 @@ def motion(loop: Loop, cycle: LimitCycle, *, sp: float, disturbance: float) -> t
     return time, signals
 
 
-def in_time(exact: Sequence[LimitCycle], runs: Sequence[tuple[NDArray[Any], NDArray[Any]]]) -> Figure:
+def time_plot(exact: Sequence[LimitCycle], runs: Sequence[tuple[NDArray[Any], NDArray[Any]]]) -> Figure:
     """Return OP and valve position of each cycle over two periods."""
     data: list[dict[str, Any]] = []
     for k, (cycle, (time, signals)) in enumerate(zip(exact, runs, strict=True)):
@@ -96,7 +108,7 @@ def in_time(exact: Sequence[LimitCycle], runs: Sequence[tuple[NDArray[Any], NDAr
 
 
 def phase_portrait(exact: Sequence[LimitCycle], runs: Sequence[tuple[NDArray[Any], NDArray[Any]]]) -> Figure:
-    """Return PV against OP of each cycle; unstable ones thin."""
+    """Return PV against OP of each cycle; unstable cycles have thin lines."""
     data: list[dict[str, Any]] = []
     for k, (cycle, (_, signals)) in enumerate(zip(exact, runs, strict=True)):
         line = {
@@ -113,10 +125,10 @@ def phase_portrait(exact: Sequence[LimitCycle], runs: Sequence[tuple[NDArray[Any
     return Figure({"data": data, "layout": layout}, "Phase portrait", caption, height=420)
 
 
-def basins(loop: Loop, exact: Sequence[LimitCycle], *, disturbance: float) -> Figure:
-    """Return where starts at rest end, over OP and PV."""
-    op = 2.0 * max(cycle.amplitude for cycle in exact) * np.linspace(-1.0, 1.0, STARTS)
-    pv = 2.0 * max(cycle.amplitude_pv for cycle in exact) * np.linspace(-1.0, 1.0, STARTS)
+def basin_plot(loop: Loop, exact: Sequence[LimitCycle], *, disturbance: float) -> Figure:
+    """Return the map of the final cycle over the OP and PV of the start at rest."""
+    op = 2.0 * max(cycle.amplitude for cycle in exact) * np.linspace(-1.0, 1.0, STARTS_PER_AXIS)
+    pv = 2.0 * max(cycle.amplitude_pv for cycle in exact) * np.linspace(-1.0, 1.0, STARTS_PER_AXIS)
     found = basin_map(loop, op_start=op[None, :], pv_start=pv[:, None], disturbance=disturbance)
     others = {-1: "come to rest", -2: "did not settle", -3: "run away"}
     names = others | {a.label: a.name for a in found.attractors}
@@ -142,9 +154,9 @@ def basins(loop: Loop, exact: Sequence[LimitCycle], *, disturbance: float) -> Fi
     return Figure({"data": [heat], "layout": layout}, "Basins", caption, height=420)
 
 
-def bifurcations(loop: Loop, over: str, cycles: Sequence[LimitCycle]) -> Figure:
-    """Return the amplitude of every cycle over one parameter, about the loop that has `cycles`."""
-    values = _scanned(loop, over, cycles)
+def bifurcation_plot(loop: Loop, over: str, cycles: Sequence[LimitCycle]) -> Figure:
+    """Return the amplitude of every cycle over one parameter, near the loop that has `cycles`."""
+    values = _scan_values(loop, over, cycles)
     diagram = bifurcation(loop, over, values, searches=3)
     data: list[dict[str, Any]] = []
     for k, branch in enumerate(diagram.branches):
@@ -164,22 +176,22 @@ def bifurcations(loop: Loop, over: str, cycles: Sequence[LimitCycle]) -> Figure:
     return Figure({"data": data, "layout": layout}, "Bifurcation diagram", caption, height=420)
 
 
-def _scanned(loop: Loop, over: str, cycles: Sequence[LimitCycle]) -> NDArray[Any]:
-    """Values of the parameter in the diagram, about the loop's own; from 0 upwards where that is 0."""
-    nominal = _nominal(loop, over)
+def _scan_values(loop: Loop, over: str, cycles: Sequence[LimitCycle]) -> NDArray[Any]:
+    """Return the parameter values of the diagram, near the present value; from 0 upwards if that is 0."""
+    nominal = _present_value(loop, over)
     if nominal:
-        return nominal * np.linspace(0.4, 1.6, VALUES)
+        return nominal * np.linspace(0.4, 1.6, BIFURCATION_VALUES)
     if over == "load":
-        return np.linspace(-1.0, 1.0, VALUES)
+        return np.linspace(-1.0, 1.0, BIFURCATION_VALUES)
     # Nothing else may be negative. A time matters against the period, a band against what else the valve needs.
     if UNITS.get(over) == "s":
         highest = 0.25 * max(cycle.period for cycle in cycles)
     else:
         highest = float(getattr(loop.valve, "S", 0.0)) or 1.0
-    return np.linspace(0.0, highest, VALUES)
+    return np.linspace(0.0, highest, BIFURCATION_VALUES)
 
 
-def _nominal(loop: Loop, over: str) -> float:
+def _present_value(loop: Loop, over: str) -> float:
     if over == "gain":
         return 1.0
     for part in (loop.controller, loop.valve, loop.process):
@@ -190,16 +202,16 @@ def _nominal(loop: Loop, over: str) -> float:
 
 
 def _frequency_at_180(linear: LinearPart) -> float:
-    """Frequency at which L lags by nearest to 180 degrees [rad/s], for a loop without a cycle."""
+    """Return the frequency at which the phase of L is closest to -180 degrees [rad/s], for a loop without a cycle."""
     omega = frequency_grid(linear, 1.0)
     if not omega.size:
         return 1.0
     return float(omega[np.argmin(np.abs(np.unwrap(np.angle(linear.at(1j * omega))) + np.pi))])
 
 
-def _inverse(family: Any, amplitude: NDArray[Any], omega: float) -> NDArray[Any]:
+def _negative_inverse(family: Any, amplitude: NDArray[Any], omega: float) -> NDArray[Any]:
     with np.errstate(divide="ignore", invalid="ignore"):
-        inverse = -1.0 / family.describe(amplitude, omega)
+        inverse = -1.0 / family.evaluate(amplitude, omega)
     return np.where(np.isfinite(inverse), inverse, np.nan)
 
 

@@ -1,7 +1,7 @@
-"""Models from text: ``kano:S=3,J=1``, ``pi:Kc=0.2,Ti=10``, ``two-move:S=3,J=1,band=1``, or a table of a TOML file.
+"""Make models from text: ``kano:S=3,J=1``, ``pi:Kc=0.2,Ti=10``, ``two-move:S=3,J=1,band=1``, or from a TOML table.
 
-A text is a name, then parameters. Values are numbers, ``yes`` or ``no``, ``LOW..HIGH``, several numbers with
-spaces between, ``POSITION:VALUE POSITION:VALUE`` for what varies over the travel, or text with a unit ("3 lbm").
+The text is a name and its parameters. A value is a number, ``yes`` or ``no``, ``LOW..HIGH``, several numbers separated
+by spaces, ``POSITION:VALUE POSITION:VALUE`` for a parameter that varies over the travel, or text with a unit ("3 lbm").
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import math
 import re
 from typing import TYPE_CHECKING, Any
 
-from stiction.apps.transfer_text import parse_transfer
+from stiction.apps.parse_transfer_function import parse_transfer_function
 from stiction.errors import ParameterError, StictionError
 
 if TYPE_CHECKING:
@@ -20,16 +20,24 @@ if TYPE_CHECKING:
 
     from stiction.models import PID, Compensator, TransferFunction, Valve
 
-__all__ = ["build", "compensator", "controller", "process", "split", "valve"]
+__all__ = [
+    "build_model",
+    "parse_compensator",
+    "parse_controller",
+    "parse_process",
+    "parse_value",
+    "parse_valve",
+    "split_spec",
+]
 
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _PAIRS = re.compile(rf"{_NUMBER}:{_NUMBER}(?:\s+{_NUMBER}:{_NUMBER})+")
 _SERIES = re.compile(rf"{_NUMBER}(?:\s+{_NUMBER})+")
-_WORDS = {"yes": True, "true": True, "no": False, "false": False}
+_BOOLEANS = {"yes": True, "true": True, "no": False, "false": False}
 
 
-def valve(spec: str | Mapping[str, Any]) -> Valve:
-    """Make a valve: any model by its name, or a published parameter set by its own.
+def parse_valve(spec: str | Mapping[str, Any]) -> Valve:
+    """Make a valve from the name of a model or of a published parameter set.
 
     Parameters
     ----------
@@ -39,11 +47,11 @@ def valve(spec: str | Mapping[str, Any]) -> Valve:
     Raises
     ------
     ParameterError
-        When the name or a parameter is unknown, missing or outside its limits; the known ones are listed.
+        When the name or a parameter is unknown, missing or outside its limits; the error lists the known ones.
 
     Examples
     --------
-    >>> made = valve("kano:S=3,J=1")
+    >>> made = parse_valve("kano:S=3,J=1")
     >>> made.S, made.J
     (3.0, 1.0)
     """
@@ -54,18 +62,18 @@ def valve(spec: str | Mapping[str, Any]) -> Valve:
     classes = ("Ideal", "Stenman", "Kano", "Choudhury", "He", "HeWang", "Srinivasan")
     makers: dict[str, Callable[..., Any]] = {name.lower(): getattr(models, name) for name in classes}
     makers["physical"] = models.PhysicalValve
-    name, given = split("valve", spec)
+    name, given = split_spec("valve", spec)
     parts = {key.partition(".")[2]: given.pop(key) for key in list(given) if key.startswith("positioner.")}
     parts |= given.pop("positioner", {})
     if parts:
-        given["positioner"] = build("positioner", "positioner", {"positioner": Positioner}, parts)
+        given["positioner"] = build_model("positioner", "positioner", {"positioner": Positioner}, parts)
     if name in PUBLISHED_VALVES:
-        build("valve", name, {name: models.PhysicalValve}, given, complete=False)
-        return PUBLISHED_VALVES[name](**{key: value_of(text) for key, text in given.items()})
-    return build("valve", name, makers, given, also=PUBLISHED_VALVES)
+        build_model("valve", name, {name: models.PhysicalValve}, given, complete=False)
+        return PUBLISHED_VALVES[name](**{key: parse_value(text) for key, text in given.items()})
+    return build_model("valve", name, makers, given, also=PUBLISHED_VALVES)
 
 
-def controller(spec: str | Mapping[str, Any]) -> PID:
+def parse_controller(spec: str | Mapping[str, Any]) -> PID:
     """Make a controller: ``p``, ``pi``, ``pid`` (standard form) or ``parallel``.
 
     Parameters
@@ -80,7 +88,7 @@ def controller(spec: str | Mapping[str, Any]) -> PID:
 
     Examples
     --------
-    >>> controller("pi:Kc=0.2,Ti=10").Ki
+    >>> parse_controller("pi:Kc=0.2,Ti=10").Ki
     0.02
     """
     from stiction.models import PID
@@ -91,12 +99,12 @@ def controller(spec: str | Mapping[str, Any]) -> PID:
     def parallel(Kp: float, Ki: float, Kd: float = 0.0, Tf: float = 0.0, op_limits: Any = (-math.inf, math.inf)) -> PID:
         return PID.parallel(Kp, Ki, Kd, Tf=Tf, op_limits=op_limits)
 
-    name, given = split("controller", spec)
-    return build("controller", name, {"pi": PID, "pid": PID, "p": p, "parallel": parallel}, given)
+    name, given = split_spec("controller", spec)
+    return build_model("controller", name, {"pi": PID, "pid": PID, "p": p, "parallel": parallel}, given)
 
 
-def compensator(spec: str | Mapping[str, Any]) -> Compensator:
-    """Make a compensator by its name; hyphens do not count.
+def parse_compensator(spec: str | Mapping[str, Any]) -> Compensator:
+    """Make a compensator from its name, with or without hyphens.
 
     Parameters
     ----------
@@ -110,19 +118,19 @@ def compensator(spec: str | Mapping[str, Any]) -> Compensator:
 
     Examples
     --------
-    >>> compensator("constant-reinforcement:amplitude=1.5")
+    >>> parse_compensator("constant-reinforcement:amplitude=1.5")
     ConstantReinforcement(amplitude=1.5)
     """
     from stiction.models import compensators
 
     classes = [name for name in compensators.__all__ if name != "Compensator"]
     makers = {re.sub(r"(?<!^)(?=[A-Z])", "-", name).lower(): getattr(compensators, name) for name in classes}
-    name, given = split("compensator", spec)
-    return build("compensator", name, makers, given)
+    name, given = split_spec("compensator", spec)
+    return build_model("compensator", name, makers, given)
 
 
-def process(spec: str | Mapping[str, Any]) -> TransferFunction:
-    """Make a process: ``fopdt``, ``sopdt``, ``integrating``, ``tf``, or a transfer function written out.
+def parse_process(spec: str | Mapping[str, Any]) -> TransferFunction:
+    """Make a process from ``fopdt``, ``sopdt``, ``integrating``, ``tf``, or a transfer function in s.
 
     Parameters
     ----------
@@ -136,7 +144,7 @@ def process(spec: str | Mapping[str, Any]) -> TransferFunction:
 
     Examples
     --------
-    >>> process("3 exp(-10s)/(10s+1)").dead_time, process("fopdt:K=3,tau=10").den.tolist()
+    >>> parse_process("3 exp(-10s)/(10s+1)").dead_time, parse_process("fopdt:K=3,tau=10").den.tolist()
     (10.0, [10.0, 1.0])
     """
     from stiction.models import FOPDT, SOPDT, Integrating, TransferFunction
@@ -144,17 +152,17 @@ def process(spec: str | Mapping[str, Any]) -> TransferFunction:
     makers = {"fopdt": FOPDT, "sopdt": SOPDT, "integrating": Integrating, "tf": TransferFunction}
     written = isinstance(spec, str) and ":" not in spec and spec.strip().lower() not in makers
     if written and isinstance(spec, str):
-        return TransferFunction(*parse_transfer(spec))
-    name, given = split("process", spec)
-    return build("process", name, makers, given)
+        return TransferFunction(*parse_transfer_function(spec))
+    name, given = split_spec("process", spec)
+    return build_model("process", name, makers, given)
 
 
-def split(kind: str, spec: str | Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
-    """Return the name in lower case, and the parameters as they were given.
+def split_spec(kind: str, spec: str | Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
+    """Return the name in lower case, and the parameters as text.
 
     Examples
     --------
-    >>> split("valve", "Kano: S=3, J=1")
+    >>> split_spec("valve", "Kano: S=3, J=1")
     ('kano', {'S': '3', 'J': '1'})
     """
     if not isinstance(spec, str):
@@ -162,7 +170,7 @@ def split(kind: str, spec: str | Mapping[str, Any]) -> tuple[str, dict[str, Any]
         name = given.pop("model", None)
         if not isinstance(name, str):
             raise ParameterError(f'{kind} has no model; add a line such as model = "kano".')
-        return _plain(name), given
+        return _normalise(name), given
     name, _, rest = spec.partition(":")
     given: dict[str, Any] = {}
     for part in filter(None, (part.strip() for part in re.split(r",(?![^(]*\))", rest))):
@@ -172,14 +180,14 @@ def split(kind: str, spec: str | Mapping[str, Any]) -> tuple[str, dict[str, Any]
         if key in given:
             raise ParameterError(f'{kind} "{spec}" gives {key} twice; leave one of them out.')
         given[key] = text
-    return _plain(name), given
+    return _normalise(name), given
 
 
-def _plain(name: str) -> str:
+def _normalise(name: str) -> str:
     return name.strip().lower().replace("-", "")
 
 
-def build(
+def build_model(
     kind: str,
     name: str,
     makers: Mapping[str, Callable[..., Any]],
@@ -188,8 +196,8 @@ def build(
     also: Mapping[str, Any] | None = None,
     complete: bool = True,
 ) -> Any:
-    """Call the maker of that name with the values given, or say which names and parameters there are."""
-    name = next((known for known in makers if _plain(known) == name), name)
+    """Call the function for a name with the given values, or list the known names and parameters."""
+    name = next((known for known in makers if _normalise(known) == name), name)
     if name not in makers:
         known = [*makers, *(also or ())]
         close = difflib.get_close_matches(name, known, 1)
@@ -209,40 +217,40 @@ def build(
     if missing:
         raise ParameterError(f"{kind} {name} needs {', '.join(missing)}; it takes {told}.")
     try:
-        return makers[name](**{key: value_of(value) for key, value in given.items()})
+        return makers[name](**{key: parse_value(value) for key, value in given.items()})
     except StictionError as error:
         raise type(error)(f"{kind} {name}: {error}") from None
     except (TypeError, ValueError) as error:
         raise ParameterError(f"{kind} {name} cannot be made ({error}); it takes {told}.") from None
 
 
-def value_of(text: Any) -> Any:
-    """Return what a value's text means; what is no text, as in a TOML file, means itself.
+def parse_value(text: Any) -> Any:
+    """Convert the text of a value; a value that is not text, as in a TOML file, stays as it is.
 
     Examples
     --------
-    >>> value_of("3e-1"), value_of("yes"), value_of("0..100"), value_of("10 1"), value_of("3 lbm")
+    >>> parse_value("3e-1"), parse_value("yes"), parse_value("0..100"), parse_value("10 1"), parse_value("3 lbm")
     (0.3, True, (0.0, 100.0), [10.0, 1.0], '3 lbm')
     """
     if isinstance(text, list) and len(text) > 1 and all(isinstance(pair, list) and len(pair) == 2 for pair in text):
-        return _table(text)
+        return _position_table(text)
     if not isinstance(text, str):
         return text
     try:
         return float(text)
     except ValueError:
         pass
-    if text.lower() in _WORDS:
-        return _WORDS[text.lower()]
+    if text.lower() in _BOOLEANS:
+        return _BOOLEANS[text.lower()]
     if _PAIRS.fullmatch(text):
-        return _table([[float(x) for x in pair.split(":")] for pair in text.split()])
+        return _position_table([[float(x) for x in pair.split(":")] for pair in text.split()])
     if _SERIES.fullmatch(text):
         return [float(x) for x in text.split()]
     low, dots, high = text.partition("..")
-    return (value_of(low.strip()), value_of(high.strip())) if dots else text
+    return (parse_value(low.strip()), parse_value(high.strip())) if dots else text
 
 
-def _table(pairs: list[list[float]]) -> Any:
+def _position_table(pairs: list[list[float]]) -> Any:
     import numpy as np
 
     from stiction.models import Table

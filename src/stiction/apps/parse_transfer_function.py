@@ -1,4 +1,4 @@
-"""Transfer functions as people write them: ``3 exp(-10s)/(10s+1)``."""
+"""Parse transfer functions such as ``3 exp(-10s)/(10s+1)``."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from stiction.errors import ParameterError
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["parse_transfer"]
+__all__ = ["parse_transfer_function"]
 
 _TOKEN = re.compile(r"\s*(?:(\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+(?:[eE][+-]?\d+)?)|(exp|e|s)|(\*\*|[-+*/^()]))")
 _EXAMPLE = 'write for example "3 exp(-10s)/(10s+1)"'
@@ -26,8 +26,8 @@ class _Ratio(NamedTuple):
     dead_time: float = 0.0
 
 
-def parse_transfer(text: str) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
-    """Read a transfer function in s; a product without a sign binds closer than a division, as on paper.
+def parse_transfer_function(text: str) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
+    """Parse a transfer function in s; a product without a sign comes before a division, as on paper.
 
     Parameters
     ----------
@@ -44,11 +44,11 @@ def parse_transfer(text: str) -> tuple[NDArray[np.float64], NDArray[np.float64],
     Raises
     ------
     ParameterError
-        When the text cannot be read, or adds terms of different dead times.
+        When the text cannot be parsed, or adds terms with different dead times.
 
     Examples
     --------
-    >>> num, den, dead_time = parse_transfer("3 exp(-10s)/(10s+1)(2s+1)")
+    >>> num, den, dead_time = parse_transfer_function("3 exp(-10s)/(10s+1)(2s+1)")
     >>> num.tolist(), den.tolist(), dead_time
     ([3.0], [20.0, 12.0, 1.0], 10.0)
     """
@@ -60,7 +60,7 @@ def parse_transfer(text: str) -> tuple[NDArray[np.float64], NDArray[np.float64],
 
 
 class _Reader:
-    """One pass over the tokens, one method per level of binding."""
+    """A recursive descent parser, one method for each level of precedence."""
 
     def __init__(self, text: str) -> None:
         self.text, self.place, self.tokens = text, 0, list[str]()
