@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from stiction.errors import MOST_SAMPLES, ParameterError, require_not_negative, require_positive
+from stiction.errors import MAX_SAMPLES, ParameterError, require_not_negative, require_positive
 from stiction.models.valves.physical import PhysicalValve
 from stiction.simulation.stroke import stroke
 
@@ -239,10 +239,10 @@ def ramp_behaviour(valve: PhysicalValve, rate: float, slips: float = 8.0) -> Ram
     dt = min(wait / 20.0, bare.time_constant)
     start = 0.95
     length = (1.0 - start) * fs / rate + max(slips * jump / rate, 50.0 * bare.time_constant)
-    if length > MOST_SAMPLES * dt:
+    if length > MAX_SAMPLES * dt:
         other = "faster" if dt == bare.time_constant else "slower"
         raise ParameterError(
-            f"rate = {rate:g} % of span / s needs a ramp of more than the {MOST_SAMPLES:,} samples that can be made; "
+            f"rate = {rate:g} % of span / s needs a ramp of more than the {MAX_SAMPLES:,} samples that can be made; "
             f"give a {other} one."
         )
     op = rate * dt * np.arange(math.ceil(length / dt) + 1)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiction.errors import MOST_SAMPLES, ParameterError, require_count, require_positive
+from stiction.errors import MAX_SAMPLES, ParameterError, require_count, require_positive
 from stiction.models.valves import Choudhury, He, HeWang, Kano, PhysicalValve, Srinivasan, Stenman
 from stiction.models.valves.he_wang import overshoot_factor
 from stiction.simulation.rate import critical_rate
@@ -144,8 +144,8 @@ def reduce_valve(valve: PhysicalValve, *, samples: int = 4000, amplitude: float 
     (23.99, 1.2968)
     """
     amplitude, samples = require_positive("amplitude", amplitude, "% of span"), require_count("samples", samples)
-    if not 2 <= samples <= MOST_SAMPLES:
-        raise ParameterError(f"samples = {samples} is out of range; give 2 to {MOST_SAMPLES:,}.")
+    if not 2 <= samples <= MAX_SAMPLES:
+        raise ParameterError(f"samples = {samples} is out of range; give 2 to {MAX_SAMPLES:,}.")
     found = critical_rate(valve)
     fs, fd = (100.0 * force / valve.force_span for force in (valve.static, valve.coulomb))
     K = overshoot_factor(valve.damping_ratio)

@@ -1,7 +1,7 @@
 """Test signals for valves and loops, each a series of one value per sample.
 
 All signals take the sampling period `dt` [s] last but for the seed, levels are in % of span (or in the units of
-whatever they are added to), and lengths are rounded to whole samples; no more than `errors.MOST_SAMPLES` are made.
+whatever they are added to), and lengths are rounded to whole samples; no more than `errors.MAX_SAMPLES` are made.
 """
 
 from __future__ import annotations
