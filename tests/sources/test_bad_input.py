@@ -62,7 +62,10 @@ BAD = {
         f'time_s,PV,OP\n{ROWS * 5}"{ROWS * 500}'.encode(),
         "line [0-9]+: cannot be split into columns",
     ),
-    "long table, no OP": (b"tag,timestamp,value\n" + b"F.PV,2026-01-01,5\nF.PV,2026-01-02,6\n" * 9, "no loop with PV"),
+    "long table, no OP": (
+        b"tag,timestamp,value\n" + b"F.PV,2026-01-01,5\nF.PV,2026-01-02,6\n" * 9,
+        "no loop with OP and PV",
+    ),
     "long table, no time": (b"tag,value\n" + b"F.PV,5\n" * 50, "without a time column"),
 }
 
