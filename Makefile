@@ -62,8 +62,8 @@ calibrate: $(VENV)/.ready-test
 	$(BIN)/python -m calibration.train $(TABLES)/train.parquet
 
 validate: $(VENV)/.ready-test
-	$(BIN)/python -m calibration.feature_table --chunks 430 --seed 8 --jobs $(WORKERS) --out $(TABLES)/fresh.parquet
-	$(BIN)/python -m calibration.feature_table --sets second --chunks 385 --seed 5 --jobs $(WORKERS) --out $(TABLES)/second.parquet
+	$(BIN)/python -m calibration.feature_table --chunks 500 --seed 8 --jobs $(WORKERS) --out $(TABLES)/fresh.parquet
+	$(BIN)/python -m calibration.feature_table --sets second --chunks 480 --seed 5 --jobs $(WORKERS) --out $(TABLES)/second.parquet
 	if [ -f "$(RECORDS)/labels.csv" ]; then $(BIN)/python -m calibration.feature_table --recorded "$(RECORDS)" --out $(TABLES)/recorded.parquet; fi
 	$(BIN)/python -m calibration.validate --first $(TABLES)/fresh.parquet --second $(TABLES)/second.parquet --recorded $(TABLES)/recorded.parquet
 	$(BIN)/python docs/trust_numbers.py

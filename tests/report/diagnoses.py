@@ -66,7 +66,7 @@ def identification(run, S=3.0, J=1.0, **more):
 
 
 CONTRIBUTIONS = (
-    Contribution("over_good", 3.1, 2.4),
+    Contribution("over_closest", 3.1, 2.4),
     Contribution("tuning", 0.9, -1.2),
     Contribution("position", float("nan"), 0.0),
 )

@@ -97,7 +97,7 @@ def test_features_that_contribute_have_bars_with_their_log_odds():
     [bars] = figure.plot["data"]
     assert bars["x"].tolist() == [2.4, -1.2]
     assert bars["text"] == ["+2.40", "-1.20"]
-    assert bars["y"][0].replace("<br>", " ") == "sticky valve against good valve"
+    assert bars["y"][0].replace("<br>", " ") == "sticky valve against the closest other explanation"
     assert len(set(bars["marker"]["pattern"]["shape"])) == 2
     assert "1 feature without a contribution" in figure.caption
     assert "prior of 0.25" in figure.caption

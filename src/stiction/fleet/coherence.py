@@ -15,6 +15,8 @@ MIN_SHIFTS = 200
 """Smallest number of pairs that are shifted against each other to find the coherence of unrelated loops [-]."""
 MAX_FLOOR = 0.9
 """Largest floor that the shifts give [-]: two steady waves cohere at every shift."""
+PAIRS_AT_ONCE = 512
+"""Pairs that are shifted at the same time [-]: a thousand loops have 20 000 pairs, and each needs its envelopes."""
 INDEPENDENT_SHARE = 0.9
 """Independent windows over all windows, which overlap by half [-]."""
 
@@ -71,11 +73,24 @@ def coherence_floor(envelopes: NDArray, rng: np.random.Generator, *, quantile: f
     count = max(MIN_SHIFTS, round(10.0 / (1.0 - quantile)))
     a, b = rng.integers(0, n, (2, count))
     shift = rng.integers(2, windows - 1, count)
-    index = (np.arange(windows) + shift[:, None]) % windows
-    shifted = np.abs(np.einsum("ij,ij->i", envelopes[a], np.take_along_axis(envelopes[b], index, axis=1).conj()))
+    shifted = np.concatenate(
+        [
+            _shifted_coherence(envelopes, *(x[first : first + PAIRS_AT_ONCE] for x in (a, b, shift)))
+            for first in range(0, count, PAIRS_AT_ONCE)
+        ]
+    )
     independent = max(1.5, INDEPENDENT_SHARE * windows)
     noise = float(np.sqrt(1.0 - (1.0 - quantile) ** (1.0 / (independent - 1.0))))
     return max(noise, min(MAX_FLOOR, float(np.quantile(shifted, quantile))))
+
+
+def _shifted_coherence(
+    envelopes: NDArray, a: NDArray[np.int64], b: NDArray[np.int64], shift: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """Coherence of the envelopes `a` with the envelopes `b` shifted circularly, shape (n_pairs,)."""
+    windows = envelopes.shape[1]
+    index = (np.arange(windows) + shift[:, None]) % windows
+    return np.abs(np.einsum("ij,ij->i", envelopes[a], np.take_along_axis(envelopes[b], index, axis=1).conj()))
 
 
 def common_envelope(envelopes: NDArray) -> NDArray:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import cmath
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -22,21 +23,18 @@ def log_of(x):
 
 
 EXPECTED = {
-    "over_good": log_of(300.0),
-    "over_nonlinear": log_of(200.0),
     "over_dead_zone": log_of(250.0),
-    "over_relay_load": log_of(150.0),
     "over_closest": log_of(80.0),
     "kept_share": 80.0 / 300.0,
     "over_periodic_load": log_of(120.0),
     "beside_periodic_load": log_of(60.0),
     "over_deadband": log_of(40.0),
-    "best_segment": log_of(160.0),
     "band_to_swing": 4.0 / 8.0,
     "jump_ratio": 0.25,
     "fit_gain": math.log(40.0 / 10.0),
     "position": log_of(500.0),
 }
+OF_INTEGRATING = ("over_deadband_integrating", "jump_ratio_integrating")
 
 
 @pytest.mark.parametrize("name", EXPECTED)
@@ -45,7 +43,7 @@ def test_each_formula(name):
 
 
 def test_every_feature_is_tested_and_has_a_sign():
-    assert {feature.name for feature in FEATURES} == {*EXPECTED, "tuning"}
+    assert {feature.name for feature in FEATURES} == {*EXPECTED, *OF_INTEGRATING, "tuning"}
     assert len(FEATURES) <= 15
     assert {feature.sign for feature in FEATURES} == {-1, 1}
 
@@ -61,7 +59,18 @@ def test_missing_results_are_nan():
 def test_a_load_without_a_period_counts_as_a_good_valve():
     ratios = {name: RATIOS[name] for name in RATIOS if "periodic" not in name}
     found = compute_features(FeatureInput(make_identification(likelihood_ratios=ratios), *_rest()))
-    assert found["over_periodic_load"] == found["beside_periodic_load"] == found["over_good"]
+    assert found["over_periodic_load"] == found["beside_periodic_load"] == log_of(RATIOS["good"])
+
+
+def test_jump_features_belong_to_one_kind_of_process():
+    plain = compute_features(GIVEN)
+    valve = make_identification(process=replace(make_identification().process, integrating=True))
+    integrating = compute_features(FeatureInput(valve, *_rest()))
+    for name in OF_INTEGRATING:
+        own = name.removesuffix("_integrating")
+        assert integrating[name] == plain[own]
+        assert math.isnan(integrating[own])
+        assert math.isnan(plain[name])
 
 
 def test_ratios_are_limited():

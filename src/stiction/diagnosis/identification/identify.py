@@ -13,7 +13,7 @@ from stiction.diagnosis.identification.intervals import interval_features, inter
 from stiction.diagnosis.identification.process_fit import compared_part, fit_process, simulate_process
 from stiction.diagnosis.identification.regression import MAX_POSITION_LAG, build_regression, one_thread
 from stiction.diagnosis.identification.result import Identification, LikelihoodSurface, ProcessFit, Segment
-from stiction.diagnosis.identification.search import first_grid, search_behind_lag, search_deadband, search_valve
+from stiction.diagnosis.identification.search import first_grid, search_behind_lags, search_deadband, search_valve
 from stiction.diagnosis.identification.signals import BlockSignals, block_signals, remove_local_mean
 from stiction.diagnosis.identification.stems import whole_position
 
@@ -30,6 +30,9 @@ __all__ = ["ValveSearch", "identify_valve", "in_seconds", "pv_on_record", "searc
 STICKY_SEGMENT = 12.0
 """Twice the log likelihood ratio from which a part of the record counts as sticky [-]: twice the 95 % point of
 chi-square with two degrees of freedom, because the best of many valves is taken."""
+
+LAG_WORTH = 8.0
+"""Twice the log likelihood ratio that a lag of the actuator is worth by chance [-]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,9 +75,11 @@ def search_record(
         surface = _surface(first, grid, max_S)
         own = float(found.cost.min())
         deadband = search_deadband(fine, found, max_S)
-        best = min(own, deadband, search_behind_lag(first, fine, found.best, max_S))
+        sticky_behind_lag, deadband_behind_lag = search_behind_lags(first, fine, found.best, max_S)
+        best = min(own, deadband, sticky_behind_lag + LAG_WORTH)
     ratios = {name: cost - best for name, cost in costs.items()}
-    ratios["deadband"] = deadband - min(own, deadband)
+    deadband = min(deadband, deadband_behind_lag)
+    ratios["deadband"] = deadband - min(own, sticky_behind_lag, deadband)
     if np.isfinite(both):
         ratios["beside_periodic_load"] = both
     reversals = count_reversals(sticky), count_reversals(signals.op, 0.25 * max_S)

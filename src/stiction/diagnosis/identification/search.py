@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.identification.candidates import combinations, joined, pattern_search
+from stiction.diagnosis.identification.candidates import Candidates, combinations, joined, pattern_search
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stiction.diagnosis.identification.candidates import Candidates, Valve
+    from stiction.diagnosis.identification.candidates import Valve
     from stiction.diagnosis.identification.regression import Regression
 
-__all__ = ["first_grid", "search_behind_lag", "search_deadband", "search_valve"]
+__all__ = ["first_grid", "search_behind_lags", "search_deadband", "search_valve"]
 
 
 def first_grid(max_S: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -56,30 +56,34 @@ def search_deadband(fine: Regression, found: Candidates, max_S: float) -> float:
     rows = found.local_minima(6, 0.02, 0.1)
     rows[:, 1:3] = 0.0
     grid = combinations(np.geomspace(0.3, 1.0, 8) * max_S, np.zeros(1), np.zeros(1), np.zeros(1))
-    steps = tuple((S, 0.0, start, count) for S, _, start, count in FINE_STEPS)
-    return float(pattern_search(fine.evaluate, fine.evaluate(np.concatenate([rows, grid])), steps, max_S).cost.min())
+    started = fine.evaluate(np.concatenate([rows, grid]))
+    return float(pattern_search(fine.evaluate, started, _without_jump(FINE_STEPS), max_S).cost.min())
 
 
-def search_behind_lag(
-    coarse: Regression, fine: Regression, best: Valve, max_S: float, *, lag_worth: float = 8.0
-) -> float:
-    """Smallest cost of a valve whose actuator follows OP with a lag [-], with what the lag is worth by chance.
+def search_behind_lags(coarse: Regression, fine: Regression, best: Valve, max_S: float) -> tuple[float, float]:
+    """Smallest costs of a sticky valve and of a valve with deadband alone whose actuators follow OP with a lag [-].
 
     `best` is the most likely valve without a lag; by OP alone a lagging valve looks stickier than it is.
     """
     S = np.minimum(best.S * np.exp(np.linspace(-0.6, 0.1, 10)), max_S)
     grid = combinations(S, np.linspace(0.0, 1.0, 4), np.array([best.rests]), np.zeros(1))
-    lowest = np.inf
+    sticky, deadband = [], []
     for lag in ACTUATOR_LAGS.tolist():
         slow, slow_fine = (one.behind_lag(lag * one.per_block / fine.per_block) for one in (coarse, fine))
-        rows = slow.evaluate(grid).local_minima(3, 0.05, 0.2)
-        lowest = min(
-            lowest, float(pattern_search(slow_fine.evaluate, slow_fine.evaluate(rows), LAG_STEPS, max_S).cost.min())
-        )
-    return lowest + lag_worth
+        found = slow.evaluate(grid)
+        without_jump = Candidates(found.valves[found.valves[:, 1] == 0.0], found.cost[found.valves[:, 1] == 0.0])
+        for costs, rows, steps in ((sticky, found, LAG_STEPS), (deadband, without_jump, _without_jump(LAG_STEPS))):
+            started = slow_fine.evaluate(rows.local_minima(3, 0.05, 0.2))
+            costs.append(float(pattern_search(slow_fine.evaluate, started, steps, max_S).cost.min()))
+    return min(sticky), min(deadband)
 
 
 ACTUATOR_LAGS = 0.8 * np.array([1.0, 2.0, 2.0**2])
 """Time constants of the actuator that are tried [samples of OP]."""
 LAG_STEPS = ((0.04, 0.15, 0.2, 2), (0.015, 0.06, 0.1, 2))
 """Pattern searches behind a lag, as `FINE_STEPS` [-]."""
+
+
+def _without_jump(steps: tuple[tuple[float, float, float, int], ...]) -> tuple[tuple[float, float, float, int], ...]:
+    """Steps of a pattern search that leave J / S as it is."""
+    return tuple((S, 0.0, start, count) for S, _, start, count in steps)

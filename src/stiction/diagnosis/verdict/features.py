@@ -69,10 +69,18 @@ def log_evidence(likelihood_ratio: float) -> float:
 def _evidence(name: str, fallback: str = "") -> Callable[[FeatureInput], float]:
     def compute(found: FeatureInput) -> float:
         ratios = found.identification.likelihood_ratios
-        value = ratios.get(name, ratios.get(fallback, math.nan))
-        return log_evidence(value)
+        return log_evidence(ratios.get(name, ratios.get(fallback, math.nan)))
 
     return compute
+
+
+def _of_process(compute: Callable[[FeatureInput], float], *, integrating: bool) -> Callable[[FeatureInput], float]:
+    """Compute a feature for one kind of process only: deadband alone makes an integrating loop cycle, no other."""
+    return lambda found: compute(found) if found.identification.process.integrating is integrating else math.nan
+
+
+def _jump_ratio(found: FeatureInput) -> float:
+    return found.identification.J / found.identification.S
 
 
 def _closest_ratio(found: FeatureInput) -> float:
@@ -80,23 +88,12 @@ def _closest_ratio(found: FeatureInput) -> float:
     return min(ratios[name] for name in ALTERNATIVES if name in ratios and name != "dead_zone")
 
 
-def _over_closest(found: FeatureInput) -> float:
-    return log_evidence(_closest_ratio(found))
-
-
 def _kept_share(found: FeatureInput) -> float:
-    share = _closest_ratio(found) / max(found.identification.likelihood_ratios["good"], 20.0)
-    return min(max(share, -1.0), 1.0)
-
-
-def _best_segment(found: FeatureInput) -> float:
-    return log_evidence(max((one.likelihood_ratio for one in found.identification.segments), default=math.nan))
+    return float(np.clip(_closest_ratio(found) / max(found.identification.likelihood_ratios["good"], 20.0), -1.0, 1.0))
 
 
 def _fit_gain(found: FeatureInput) -> float:
-    one = found.identification
-    left, left_linear = (max(100.0 - fit, 1.0) for fit in (one.fit, one.fit_linear))
-    return math.log(left_linear / left)
+    return math.log(max(100.0 - found.identification.fit_linear, 1.0) / max(100.0 - found.identification.fit, 1.0))
 
 
 def _tuning(found: FeatureInput) -> float:
@@ -105,30 +102,26 @@ def _tuning(found: FeatureInput) -> float:
 
 
 FEATURES: tuple[Feature, ...] = (
-    Feature("over_good", "sticky valve against good valve", "asinh(LLR / 20)", "-", 1, _evidence("good")),
     Feature("over_closest", "sticky valve against the closest other explanation",
-            "smallest asinh(LLR / 20) but for the dead zone",
-            "-", 1, _over_closest),
+            "smallest asinh(LLR / 20), dead zone aside", "-", 1, lambda found: log_evidence(_closest_ratio(found))),
     Feature("kept_share", "share of the evidence that the closest explanation leaves",
             "smallest LLR / max(LLR over good, 20), within -1 and 1", "-", 1, _kept_share),
-    Feature("over_nonlinear", "sticky valve against nonlinear characteristic", "asinh(LLR / 20)", "-", 1,
-            _evidence("nonlinear")),
     Feature("over_dead_zone", "sticky valve against dead zone at fixed OP", "asinh(LLR / 20)", "-", 1,
             _evidence("dead_zone")),
-    Feature("over_relay_load", "sticky valve against a load that switches", "asinh(LLR / 20)", "-", 1,
-            _evidence("relay_load")),
     Feature("over_periodic_load", "sticky valve against a periodic load", "asinh(LLR / 20)", "-", 1,
             _evidence("periodic_load", "good")),
     Feature("beside_periodic_load", "sticky valve, periodic load added to both", "asinh(LLR / 20)", "-", 1,
             _evidence("beside_periodic_load", "good")),
-    Feature("over_deadband", "slip jump against deadband alone", "asinh(LLR / 20)", "-", 1, _evidence("deadband")),
-    Feature("best_segment", "strongest part of the record", "largest asinh(LLR / 20) of a part", "-", 1, _best_segment),
-    Feature(
-        "band_to_swing", "stiction band relative to the OP swing", "S / 98 % range of OP", "-", 1,
-        lambda found: min(found.identification.S / found.op_swing, 1.5) if found.op_swing > 0.0 else math.nan,
-    ),
-    Feature("jump_ratio", "slip jump relative to the band", "J / S", "-", 1,
-            lambda found: found.identification.J / found.identification.S),
+    Feature("over_deadband", "slip jump against deadband alone, self-regulating process", "asinh(LLR / 20)", "-", 1,
+            _of_process(_evidence("deadband"), integrating=False)),
+    Feature("over_deadband_integrating", "slip jump against deadband alone, integrating process", "asinh(LLR / 20)",
+            "-", 1, _of_process(_evidence("deadband"), integrating=True)),
+    Feature("band_to_swing", "stiction band relative to the OP swing", "S / 98 % range of OP", "-", 1,
+            lambda found: min(found.identification.S / found.op_swing, 1.5) if found.op_swing > 0.0 else math.nan),
+    Feature("jump_ratio", "slip jump relative to the band, self-regulating process", "J / S", "-", 1,
+            _of_process(_jump_ratio, integrating=False)),
+    Feature("jump_ratio_integrating", "slip jump relative to the band, integrating process", "J / S", "-", 1,
+            _of_process(_jump_ratio, integrating=True)),
     Feature("fit_gain", "simulation with a sticky valve against a good one",
             "ln(unexplained good / unexplained sticky)", "-", 1, _fit_gain),
     Feature("tuning", "how close the loop is to instability by tuning", "ln(1 / abs(1 + C P)) at the oscillation",
