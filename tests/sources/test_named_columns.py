@@ -66,7 +66,7 @@ def test_columns_of_one_loop_and_the_tag_of_another_are_refused(signals, table, 
 
 def test_a_source_without_op_says_so(signals, table, read_text):
     t, pv, op, _ = signals
-    with pytest.raises(RecordError, match=r"no loop with PV and OP .* the controller output OP is missing: export it"):
+    with pytest.raises(RecordError, match=r"no loop with OP and PV .* the controller output OP is missing: export it"):
         read_text(table("time_s,FIC-1.SP,FIC-1.PV", t, op, pv))
 
 

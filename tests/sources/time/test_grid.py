@@ -120,9 +120,7 @@ def test_rounded_serial_days_keep_their_gaps(seconds, lost, gap):
 
 def test_rounded_stamps_that_tell_no_period_are_refused_and_dt_cures_it():
     t = np.floor(np.cumsum(np.random.default_rng(2).uniform(5, 40, 120)) / 60.0) * 60.0
-    with pytest.raises(
-        RecordError, match=r"of 120 rows have the time stamp .* are rounded; .* dt= \(--dt\) in seconds"
-    ):
+    with pytest.raises(RecordError, match=r"of 120 rows have the time stamp .* are rounded; .* dt in seconds"):
         grid_of(t)
     grid = grid_of(t, dt=20.0)
     assert (grid.dt, grid.source_row.tolist()) == (20.0, list(range(120)))
