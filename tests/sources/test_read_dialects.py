@@ -370,10 +370,10 @@ def test_a_word_for_a_file_is_no_tag(tmp_path, name, kind, signals, table):
     path.write_text(table("time_s,PV,OP", t, pv, op))
     [record] = read(path)
     assert (record.tag, record.loop_type) == (name, kind)
-    assert any("file's name" in guess for guess in record.provenance.assumptions) == (kind != "other")
+    assert any("file name" in guess for guess in record.provenance.assumptions) == (kind != "other")
     [record] = read(path, loop_type="flow")
     assert record.loop_type == "flow"
-    assert not any("file's name" in guess for guess in record.provenance.assumptions)
+    assert not any("file name" in guess for guess in record.provenance.assumptions)
 
 
 def test_a_number_does_not_depend_on_the_cells_beside_it(signals, table, read_text):
