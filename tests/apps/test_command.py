@@ -195,8 +195,8 @@ def test_a_terminal_shows_what_the_package_logs(monkeypatch, capsys):
     monkeypatch.setattr(logger, "handlers", [])
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     before = logger.level
-    cli._listen()
-    cli._listen()
+    cli._attach_logger()
+    cli._attach_logger()
     logger.info("compiling")
     logger.setLevel(before)
     assert capsys.readouterr().err == "stiction: compiling\n"
