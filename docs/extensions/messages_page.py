@@ -27,18 +27,23 @@ def collect_errors() -> dict[str, list[tuple[str, str]]]:
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if not (isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in ERRORS):
                 continue
-            text = _text(node.args[0]) if node.args else ""
+            remedy = next((_text(keyword.value) for keyword in node.keywords if keyword.arg == "remedy"), "")
+            text = "".join(map(_text, node.args)) + (f"; {remedy}." if remedy else "")
             if text.strip(" …"):
                 found[node.func.id].append((" ".join(text.split()), place))
     return {name: sorted(set(rows)) for name, rows in found.items()}
 
 
 def _text(node: ast.expr) -> str:
-    """Literal parts of a string; an ellipsis stands for a value."""
+    """Literal parts of a text; an ellipsis stands for a value, and a setting for itself."""
     if isinstance(node, ast.Constant):
         return str(node.value)
     if isinstance(node, ast.JoinedStr):
         return "".join(_text(part) for part in node.values)
+    if isinstance(node, ast.Tuple):
+        return "".join(_text(part) for part in node.elts)
+    if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "Setting":
+        return _text(node.args[0])
     if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add):
         return _text(node.left) + _text(node.right)
     return "…"

@@ -58,11 +58,11 @@ def test_help_tells_every_option(verb, run):
     [
         (["frob"], "Unknown command"),
         (["diagnos", "x.csv"], 'Did you mean "diagnose"'),
-        (["diagnose"], "no file was named"),
+        (["diagnose"], "there is no file"),
         (["diagnose", "--jsn", "x.csv"], "Did you mean --json"),
         (["diagnose", "x.csv", "--dt", "fast"], "--dt"),
         (["diagnose", "x.csv", "--column", "op"], "SIGNAL=NAME"),
-        (["diagnose", "x.csv", "--report", "a.html", "--no-report"], "exclude each other"),
+        (["diagnose", "x.csv", "--report", "a.html", "--no-report"], "cannot be used together"),
         (["simulate", "--frob"], "Unknown option"),
         (["simulate", "surplus"], "surplus"),
         (["simulate", "--valve", "kano:S=-3,J=1"], "negative"),
@@ -139,7 +139,7 @@ def test_a_closed_pipe_is_quiet(argv):
 def test_a_fault_of_ours_is_neither_a_finding_nor_silent(monkeypatch, capsys):
     monkeypatch.setattr("stiction.apps.doctor._package", lambda *_: 1 / 0)
     assert main(["doctor"]) == 70
-    assert "fault of the program" in capsys.readouterr().err
+    assert "error in the program" in capsys.readouterr().err
 
 
 def test_version(run):
@@ -195,8 +195,8 @@ def test_a_terminal_shows_what_the_package_logs(monkeypatch, capsys):
     monkeypatch.setattr(logger, "handlers", [])
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     before = logger.level
-    cli._listen()
-    cli._listen()
+    cli._attach_logger()
+    cli._attach_logger()
     logger.info("compiling")
     logger.setLevel(before)
     assert capsys.readouterr().err == "stiction: compiling\n"

@@ -153,7 +153,7 @@ def test_several_loops_of_a_file(run, folder, sticky_csv, healthy_csv):
     assert page.count('<details class="fold"') == 2
     done = run("compensate", "two.csv", "--work-order", "w.md")
     assert (done.code, done.err.count("\n")) == (2, 1)
-    assert "name one with --tag" in done.err
+    assert "choose one with --tag" in done.err
     assert run("compensate", "two.csv", "--tag", "FIC-9", "--work-order", "w.md").code == 0
 
 
@@ -173,8 +173,8 @@ def test_a_loop_that_breaks_is_a_row(run, folder, sticky_file, monkeypatch):
 @pytest.mark.parametrize(
     ("argv", "code", "says"),
     [
-        ([], 2, "no file was named"),
-        (["a.csv", "b.csv"], 2, "one at a time"),
+        ([], 2, "there is no file"),
+        (["a.csv", "b.csv"], 2, "compensate takes one file"),
         (["a.csv", "--valve", "kano:S=3,J=1"], 2, "--valve describes a loop without a record"),
         (["a.csv", "--weights", "price=1"], 2, "'price' is unknown"),
         (["a.csv", "--weights", "travel"], 2, "NAME=VALUE"),
@@ -195,7 +195,7 @@ def test_a_loop_that_breaks_is_a_row(run, folder, sticky_file, monkeypatch):
         (["--valve", "ideal"], 2, "no S and J"),
         (["--valve", "kano:S=3,J=1", "--work-order", "w.md"], 2, "needs a record"),
         (["--valve", "kano:S=3,J=1", "--delimiter", ";"], 2, "--delimiter"),
-        (["--loop", "with.toml"], 2, "holds a compensator"),
+        (["--loop", "with.toml"], 2, "has a compensator"),
     ],
 )
 def test_what_cannot_be_done_is_said_before_the_work(argv, code, says, run, folder, monkeypatch):
@@ -236,7 +236,7 @@ def test_a_missing_controller_is_asked_for_in_the_words_of_the_command(run, stic
     monkeypatch.setattr("stiction.compensation.controller_from_record.MIN_EXPLAINED_SHARE", 1.1)
     done = run("compensate", sticky_file)
     assert done.code == 0
-    assert "--controller pi:Kc=..,Ti=.." in done.out
+    assert "give the controller with its Kc and Ti" in done.out
     assert "PID(" not in done.out
     assert run("compensate", sticky_file, "--seeds", "1", "--controller", "pi:Kc=0.2,Ti=10").code == 1
 
@@ -260,7 +260,7 @@ def test_a_twin_that_does_not_fit_is_told_once_with_its_reason(run, sticky_file)
     done = run("compensate", sticky_file, "--seeds", "1", "--controller", "pi:Kc=0.02,Ti=100", "--report", "r.html")
     assert done.code == 0
     assert "No advice." in done.out
-    assert done.out.count("The twin does not") == 1
+    assert done.out.count("The simulated loop does not") == 1
     assert "Twin: Record: period" in done.out
 
 

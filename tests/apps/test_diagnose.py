@@ -134,7 +134,7 @@ def test_explain_and_json_exclude_each_other(run, folder, sticky_csv):
     done = run("diagnose", "a.csv", "--json", "--explain")
     assert done.code == 2
     assert done.out == ""
-    assert "--json and --explain exclude each other" in done.err
+    assert "--json and --explain cannot be used together" in done.err
     assert sorted(path.name for path in folder.iterdir()) == ["a.csv"]
 
 
@@ -234,7 +234,7 @@ def test_a_report_is_named_html(name, run, folder, healthy_csv):
     (folder / "a.csv").write_text(healthy_csv)
     done = run("diagnose", "a.csv", "--report", name)
     assert done.code == 2
-    assert f"--report writes HTML, not {name}; give a name that ends in .html or .htm." in done.err
+    assert f"--report writes HTML, but {name} is not an HTML name; give a name that ends in .html or .htm." in done.err
     assert [path.name for path in folder.iterdir()] == ["a.csv"]
 
 

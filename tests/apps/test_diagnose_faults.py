@@ -53,14 +53,14 @@ def test_json_stays_a_list_with_an_object_for_each(run, plant, stumbles):
     assert [entry["file"] for entry in found] == ["sticky.csv", "healthy.csv", "odd.csv"]
     assert [entry["verdict"] for entry in found] == ["stiction", "no_stiction", "undecided"]
     assert "ZeroDivisionError" in found[2]["error"]
-    assert found[2]["action"] == "Report the fault."
+    assert found[2]["action"] == "Report the error."
 
 
 def test_a_fault_that_leaves_nothing_is_70(run, plant, stumbles):
     done = run("diagnose", "odd.csv", "--no-report")
     assert done.code == 70
     assert done.err.count("Traceback") == 1
-    assert "a fault of the program" in done.err
+    assert "an error in the program" in done.err
     again = run("diagnose", "odd.csv", "odd.csv", "--json")
     assert again.code == 70
     assert len(json.loads(again.out)) == 2

@@ -74,10 +74,16 @@ def test_a_loop_in_automatic_is_no_ramp_test(run, folder, sticky_csv):
 @pytest.mark.parametrize(
     ("argv", "says"),
     [
-        ("plan step --start 50 --low 3", "--low is not of a step test; it takes --fine-step, --fine-range, --sizes"),
+        (
+            "plan step --start 50 --low 3",
+            "A step test does not use --low; its options are --fine-step, --fine-range, --sizes",
+        ),
         ("plan step --start 50 --rates 1 2 --repeats 1", "--rates, --repeats are not of a step test"),
-        ("plan ramp --low 10 --high 30 --threshold 0.1 --sizes 1 2", "--sizes is not of a ramp test; it takes --low"),
-        ("analyse step t.csv --lag 0", "--lag is not of a step test; it takes --limit, --signal, --before"),
+        (
+            "plan ramp --low 10 --high 30 --threshold 0.1 --sizes 1 2",
+            "A ramp test does not use --sizes; its options are --low",
+        ),
+        ("analyse step t.csv --lag 0", "A step test does not use --lag; its options are --limit, --signal, --before"),
     ],
 )
 def test_options_of_the_other_kind_are_refused(argv, says, run):
@@ -94,7 +100,7 @@ def test_options_of_the_other_kind_are_refused(argv, says, run):
         (["plan", "rmp"], 2, 'Did you mean "ramp"'),
         (["plan", "ramp", "--low", "10", "--high", "20"], 2, "threshold"),
         (["analyse", "ramp", "none.csv"], 3, "no such file"),
-        (["analyse", "ramp", "alone.csv"], 3, "no OP with a valve position (MV) or a flow (PV) was found"),
+        (["analyse", "ramp", "alone.csv"], 3, "no loop with OP and PV or valve position (MV) was found"),
         (["analyse", "step", "alone.csv"], 3, "say which is which with --column mv=NAME --column op=NAME"),
         (["analyse", "step", "still.csv"], 3, "OP"),
         (["analyse", "ramp", "still.csv", "--report", "none/v.html"], 3, "Cannot write"),
@@ -157,7 +163,7 @@ def test_a_plan_too_long_for_the_memory_is_refused_before_it_is_made(argv, run):
     done = run("valve-test", "plan", *argv)
     assert (done.code, done.out) == (2, "")
     assert "together = " in done.err
-    assert "10,000,000 can be made; give at most 1e+07 s" in done.err
+    assert "(limit 10,000,000); give at most 1e+07 s" in done.err
 
 
 @pytest.mark.parametrize(("header", "low", "span"), [("OP [V],MV [V]", 1.0, 0.04), ("OP,MV", 0.0, 0.01)])

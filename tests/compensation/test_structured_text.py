@@ -254,7 +254,7 @@ def test_a_recommended_compensator_goes_out_with_its_prediction(trial):
     assert text[text.index("FUNCTION_BLOCK") :] in structured_text(compensator, 1.0, (5.0, 95.0), tag="FIC-101")
     ratio = trial["knocker"].behaviour.pv_std / trial["do nothing"].behaviour.pv_std
     assert f"PV deviation x {ratio:.2f}" in text
-    assert "may not hold" not in text
+    assert "may be wrong" not in text
     assert "a scan time of 1 s instead of 0.5 s" in recommended_text(trial, dt=0.5)
 
 

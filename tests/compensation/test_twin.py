@@ -103,7 +103,7 @@ def test_no_controller_is_said(diagnosis):
     """An OP that no PI explains."""
     rng = np.random.default_rng(0)
     record = replace(diagnosis.record, op=50.0 + np.cumsum(rng.normal(size=len(diagnosis.record))) * 0.1)
-    with pytest.raises(st.RecordError, match="give controller=PID"):
+    with pytest.raises(st.RecordError, match="give the controller with its Kc and Ti"):
         build_twin(replace(diagnosis, record=record))
 
 

@@ -139,11 +139,11 @@ def test_what_is_not_known_is_left_to_fill_in(run):
     page = order.to_text()
     assert "date ____" in page
     assert "S and J in % of span (not identified; the tests are planned for S up to 5 %): ____" in page
-    assert "Where the valve position is read" in page
-    assert "does not tell friction from play" in page
+    assert "Where to read the valve position" in page
+    assert "does not show whether it is friction or play" in page
     assert math.isnan(order.S)
     assert order.to_dict()["S"] is None
-    assert "Where the valve position is read" not in work_order(diagnosis(run=replace(run, mv=run.op))).to_text()
+    assert "Where to read the valve position" not in work_order(diagnosis(run=replace(run, mv=run.op))).to_text()
 
 
 def test_undecided_asks_for_tests_not_for_a_repair(run):

@@ -332,7 +332,7 @@ def test_bad_input_names_what_to_do(plant, tmp_path, copy):
     full = tmp_path / "full"
     full.mkdir()
     (full / "letter.txt").write_text("mine")
-    with pytest.raises(RecordError, match="no audit and not empty"):
+    with pytest.raises(RecordError, match="not an audit and not empty"):
         st.audit(plant, full)
     with pytest.raises(RecordError, match="is no audit"):
         st.open_audit(full)

@@ -96,10 +96,10 @@ def test_bad_input_is_told():
         st.critical_rate(st.Kano(3.0, 1.0))
     with pytest.raises(st.ParameterError, match="rate = -1"):
         ramp_behaviour(table1_reading_a(), -1.0)
-    with pytest.raises(st.ParameterError, match=r"rate = 1e-06 .* give a faster one"):
+    with pytest.raises(st.ParameterError, match=r"rate = 1e-06 .* give a faster ramp"):
         ramp_behaviour(table1_reading_a(), 1e-6)
     for rate in (1e9, 1e308):
-        with pytest.raises(st.ParameterError, match=r"rate = .* give a slower one"):
+        with pytest.raises(st.ParameterError, match=r"rate = .* give a slower ramp"):
             ramp_behaviour(table1_reading_a(), rate)
     with pytest.raises(st.ParameterError, match="rates"):
         st.behaviour_map(table1_reading_a(), [0.0], [0.1])

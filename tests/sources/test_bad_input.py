@@ -32,7 +32,7 @@ BAD = {
     "no OP": (f"time_s,PV,XX\n{ROWS}".encode(), "no loop with OP and PV.*PV, XX.*columns="),
     "no header": (ROWS.encode(), "line 1: there is no header.*columns="),
     "two PV": (f"PV,PV,OP\n{ROWS}".encode(), "'PV' and 'PV' are both the PV"),
-    "no time": (f"foo,PV,OP\n{ROWS}".encode(), "no column is known as time.*dt="),
+    "no time": (f"foo,PV,OP\n{ROWS}".encode(), "no column is known as time.*dt in"),
     "one row": (b"time_s,PV,OP\n0,1,2\n", "has 1 rows? of data; 10 or more"),
     "three rows": (b"time_s,PV,OP\n0,1,2\n1,2,3\n2,3,4\n", "has 3 rows of data; 10 or more"),
     "all missing": (
@@ -62,7 +62,10 @@ BAD = {
         f'time_s,PV,OP\n{ROWS * 5}"{ROWS * 500}'.encode(),
         "line [0-9]+: cannot be split into columns",
     ),
-    "long table, no OP": (b"tag,timestamp,value\n" + b"F.PV,2026-01-01,5\nF.PV,2026-01-02,6\n" * 9, "no loop with PV"),
+    "long table, no OP": (
+        b"tag,timestamp,value\n" + b"F.PV,2026-01-01,5\nF.PV,2026-01-02,6\n" * 9,
+        "no loop with OP and PV",
+    ),
     "long table, no time": (b"tag,value\n" + b"F.PV,5\n" * 50, "without a time column"),
 }
 

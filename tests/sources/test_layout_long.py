@@ -195,7 +195,9 @@ def test_what_cannot_be_read_is_refused_in_words():
     with pytest.raises(RecordError, match="is a long table without a time column; export"):
         columns_of(write("Tag,Value", rows))
     rows = [(f"FIC.{word}", "Tuesday evening", PV[k]) for k in range(N) for word in ("PV", "OP")]
-    with pytest.raises(RecordError, match="line 2: 'Tuesday evening' is no time stamp known here; give time_format="):
+    with pytest.raises(
+        RecordError, match="line 2: 'Tuesday evening' is not a known form of time stamp; give time_format"
+    ):
         columns_of(write("Tag,Time,Value", rows))
 
 

@@ -57,7 +57,7 @@ def test_columns_of_one_loop_and_the_tag_of_another_are_refused(signals, table, 
     text = table("time_s,FIC-1.PV,FIC-1.OP,LIC-2.PV,LIC-2.OP", t, pv, op, 2 * pv, op)
     [record] = read_text(text, columns={"op": "FIC-1.OP"}, tag="fic-1")
     assert record.provenance.unused_columns == ("LIC-2.PV", "LIC-2.OP")
-    says = r"columns \(--column\) names columns of the loop FIC-1, tag \(--tag\) the loop LIC-2; leave one of them out"
+    says = r"columns names columns of the loop FIC-1, tag the loop LIC-2; leave one of them out"
     with pytest.raises(RecordError, match=says):
         read_text(text, columns={"op": "FIC-1.OP"}, tag="LIC-2")
     with pytest.raises(RecordError, match="has no loop 'X'; its loops are FIC-1, LIC-2"):
@@ -66,7 +66,7 @@ def test_columns_of_one_loop_and_the_tag_of_another_are_refused(signals, table, 
 
 def test_a_source_without_op_says_so(signals, table, read_text):
     t, pv, op, _ = signals
-    with pytest.raises(RecordError, match=r"no loop with PV and OP .* the controller output OP is missing: export it"):
+    with pytest.raises(RecordError, match=r"no loop with OP and PV .* the controller output OP is missing: export it"):
         read_text(table("time_s,FIC-1.SP,FIC-1.PV", t, op, pv))
 
 

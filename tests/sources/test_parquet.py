@@ -119,7 +119,7 @@ def test_columns_larger_than_allowed_are_refused(tmp_path: Path) -> None:
     table = read(tmp_path / "a.parquet", ReadOptions(max_bytes=2_000_000))
     table.load([0])
     table = read(tmp_path / "a.parquet", ReadOptions(max_bytes=2_000_000))
-    with pytest.raises(RecordError, match=r"200,000 rows of 2 columns are more than 2,000,000 bytes"):
+    with pytest.raises(RecordError, match=r"200,000 rows of 2 columns exceed 2,000,000 bytes"):
         table.load([0, 1])
 
 

@@ -123,7 +123,7 @@ def test_a_word_of_several_meanings_counts_where_there_is_no_plainer_one(signals
     # The controlled variable of others is no output: beside MV, and where there is no PV.
     [record] = read_text(table("Time,FIC-1.PV,FIC-1.CV,FIC-1.MV", t, pv, sp, op))
     np.testing.assert_array_equal(record.op, op)
-    with pytest.raises(RecordError, match="no loop with PV and OP"):
+    with pytest.raises(RecordError, match="no loop with OP and PV"):
         read_text(table("Time,FIC-1.CV,FIC-1.MV,FIC-1.SP", t, pv, op, sp))
     [record] = read_text(table("Time,FIC-1.PV,FIC-1.CV", t, pv, op))
     assert any("FIC-1.CV is taken as the controller output" in guess for guess in record.provenance.assumptions)
@@ -370,10 +370,10 @@ def test_a_word_for_a_file_is_no_tag(tmp_path, name, kind, signals, table):
     path.write_text(table("time_s,PV,OP", t, pv, op))
     [record] = read(path)
     assert (record.tag, record.loop_type) == (name, kind)
-    assert any("file's name" in guess for guess in record.provenance.assumptions) == (kind != "other")
+    assert any("file name" in guess for guess in record.provenance.assumptions) == (kind != "other")
     [record] = read(path, loop_type="flow")
     assert record.loop_type == "flow"
-    assert not any("file's name" in guess for guess in record.provenance.assumptions)
+    assert not any("file name" in guess for guess in record.provenance.assumptions)
 
 
 def test_a_number_does_not_depend_on_the_cells_beside_it(signals, table, read_text):

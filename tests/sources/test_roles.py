@@ -100,7 +100,7 @@ def test_the_position_of_the_valve_of_one_number(position):
     ],
 )
 def test_what_belongs_to_no_loop_is_refused_with_the_remedy(names):
-    with pytest.raises(RecordError, match=r"plant.csv, line 1: no loop with PV and OP .* columns=.*map"):
+    with pytest.raises(RecordError, match=r"plant.csv, line 1: no loop with OP and PV .* columns=.*map"):
         assigned(names)
 
 

@@ -32,7 +32,7 @@ def test_a_unit_that_does_not_fit_is_left_and_told(unit, values):
     found = op_to_percent(values, unit)
     assert found.values is values
     assert found.unit == unit
-    assert "op_range=" in found.notes[0]
+    assert "(op_range)" in found.notes[0]
     np.testing.assert_allclose(op_to_percent(values, unit, op_range=(values.min(), values.max())).values.max(), 100.0)
 
 
@@ -41,7 +41,7 @@ def test_without_a_unit_it_is_in_doubt(values):
     found = op_to_percent(values)
     assert found.values is values
     assert found.unit == UNKNOWN_UNIT
-    assert "op_range=" in found.notes[0]
+    assert "(op_range)" in found.notes[0]
 
 
 @pytest.mark.parametrize("values", [OP, OP - 42, OP / 10 - 2.0, OP - 30])

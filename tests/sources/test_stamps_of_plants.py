@@ -93,7 +93,7 @@ def test_a_column_that_may_be_the_time_is_named(signals, table, read_text):
 
 def test_a_column_that_moves_both_ways_is_no_time(signals, table, read_text):
     _, pv, op, sp = signals
-    with pytest.raises(RecordError, match=r"has no time column; give the sampling period with dt= \(--dt\)"):
+    with pytest.raises(RecordError, match=r"has no time column; give the sampling period with dt in seconds"):
         read_text(table("Flow,PV,OP,Level", pv + 1, pv, op, sp))
 
 

@@ -40,7 +40,7 @@ def ramp_verdict(
         lowest = found.low + known if math.isfinite(found.low) else found.value
         if lowest < -allowed:
             return "undecided", (
-                f"{name} is {found.text()}, which no valve can have: the slips do not follow the OP. Ramp in "
+                f"{name} is {found.text()}, below 0, which no valve can have: the slips do not follow OP. Ramp in "
                 "manual, with nothing but OP moving the flow."
             )
     if not S.known:

@@ -120,9 +120,7 @@ def test_rounded_serial_days_keep_their_gaps(seconds, lost, gap):
 
 def test_rounded_stamps_that_tell_no_period_are_refused_and_dt_cures_it():
     t = np.floor(np.cumsum(np.random.default_rng(2).uniform(5, 40, 120)) / 60.0) * 60.0
-    with pytest.raises(
-        RecordError, match=r"of 120 rows have the time stamp .* are rounded; .* dt= \(--dt\) in seconds"
-    ):
+    with pytest.raises(RecordError, match=r"of 120 rows have the time stamp .* are rounded; .* dt in seconds"):
         grid_of(t)
     grid = grid_of(t, dt=20.0)
     assert (grid.dt, grid.source_row.tolist()) == (20.0, list(range(120)))
@@ -169,7 +167,7 @@ def test_stamps_that_tell_nothing_are_refused():
     with pytest.raises(RecordError, match="line 2: all time stamps are equal; give dt"):
         grid_of(np.zeros(9))
     stamps = Stamps(np.full(9, np.nan), "local", first_unread=(3, "soon"))
-    with pytest.raises(RecordError, match=r"line 5: 'soon' is no time stamp known here; give time_format='...'"):
+    with pytest.raises(RecordError, match=r"line 5: 'soon' is not a known form of time stamp; give time_format"):
         regular_grid(stamps, dt=None, name="file.csv", first_line=2)
     with pytest.raises(RecordError, match=r"rows 300 and 301 of the data are 1e\+07 s apart"):
         grid_of(np.where(K < 300, K, K + 1e7))

@@ -206,7 +206,7 @@ def test_an_order_that_nothing_settles_is_a_note_with_its_remedy(cell, start, no
     found = parse_text_stamps(pl.Series([cell, cell]))
     assert found.seconds[0] == since_1970(start)
     assert note in found.notes[0]
-    assert "; if that is wrong give " in found.notes[0]
+    assert "; if that is wrong " in found.notes[0]
 
 
 def test_a_clock_without_a_date_runs_over_midnight():
