@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.errors import RecordError, require_positive
+from stiction.errors import RecordError, Setting, require_positive
 from stiction.records.record import require_record
 from stiction.valvetests.segmentation import Segment, quantisation_step, segment_signal
 from stiction.valvetests.stem_signal import COARSE, read_stem, reject_feedback
@@ -36,7 +36,7 @@ MOST_NOISE = 0.5
 """OP noise above which the OP is not a test signal [% of span]."""
 STILL = 1e-3
 """OP moves below this are no step [% of span]."""
-NEEDS = "a step test needs the loop in manual: see plan_step_test."
+NEEDS = ("a step test needs the loop in manual: see ", Setting("plan_step_test"), ".")
 
 
 def analyse_steps(record: LoopRecord, *, signal: str | None = None, limit: float = 1.0) -> StepTest:
@@ -119,16 +119,22 @@ def _holds(reading: StemSignal, tag: str) -> list[Segment]:
     sigma = 1.4826 * float(np.median(np.abs(change - np.median(change)))) / math.sqrt(2.0)
     if sigma > MOST_NOISE:
         raise RecordError(
-            f"The OP of {tag} moves by {sigma:.2g} % from sample to sample and holds no step (a loop in automatic?); "
-            f"{NEEDS} For a record of normal operation use diagnose or identify."
+            f"The OP of {tag} moves by {sigma:.2g} % from sample to sample and holds no step (a loop in automatic?); ",
+            *NEEDS,
+            " For a record of normal operation use diagnose.",
         )
     reject_feedback(reading, tag, NEEDS)
     pieces = segment_signal(reading.time, op, max(sigma, 1e-3))
     holds = [piece for piece in pieces if piece.slope == 0.0]
     if sum(piece.n for piece in holds) < 0.5 * op.size:
-        raise RecordError(f"The OP of {tag} is not held between moves; use analyse_ramp for ramps, or hold each step.")
+        raise RecordError(
+            f"The OP of {tag} is not constant between moves",
+            remedy=("use ", Setting("analyse_ramp"), " for ramps, or hold each step"),
+        )
     if np.abs(np.diff([hold.level for hold in holds])).max(initial=0.0) < STILL:
-        raise RecordError(f"The OP of {tag} holds no step; move it as plan_step_test says.")
+        raise RecordError(
+            f"The OP of {tag} holds no step", remedy=("move it as in the plan of ", Setting("plan_step_test"))
+        )
     return holds
 
 
