@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.errors import RecordError
+from stiction.errors import RecordError, Setting
 from stiction.valvetests.segmentation import Segment, segment_signal
 from stiction.valvetests.stem_signal import reject_feedback
 
@@ -24,7 +24,7 @@ MAX_OP_NOISE = 0.5
 """OP noise above which the OP is not a test signal [% of span]."""
 MAX_RATE_DIFFERENCE = 0.25
 """Neighbouring lines whose rates differ by less than this share are one ramp [-]."""
-RAMP_TEST_NEEDS = "a ramp test needs the loop in manual and a straight OP: see plan_ramp_test."
+RAMP_TEST_NEEDS = ("a ramp test needs the loop in manual and a straight OP: see ", Setting("plan_ramp_test"), ".")
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +66,9 @@ def find_ramps(reading: StemSignal, tag: str) -> tuple[tuple[OpRamp, ...], list[
     if reading.op_sigma > MAX_OP_NOISE and reading.op_step < MAX_OP_NOISE:
         raise RecordError(
             f"The OP of {tag} moves by {reading.op_sigma:.2g} % from sample to sample with no ramp in it (a loop in "
-            f"automatic?); {RAMP_TEST_NEEDS} For a record of normal operation use diagnose or identify."
+            "automatic?); ",
+            *RAMP_TEST_NEEDS,
+            " For a record of normal operation use diagnose.",
         )
     reject_feedback(reading, tag, RAMP_TEST_NEEDS)
     pieces = _join_ramps(segment_signal(reading.time, reading.op, reading.op_sigma))
@@ -75,13 +77,16 @@ def find_ramps(reading: StemSignal, tag: str) -> tuple[tuple[OpRamp, ...], list[
         rests = sum(piece.slope == 0.0 for piece in pieces)
         if rests >= 3:
             raise RecordError(
-                f"The OP of {tag} moves in steps ({rests} rests), not in ramps; use analyse_steps. Steps do not "
-                "show the rate r: see plan_ramp_test."
+                f"The OP of {tag} moves in steps ({rests} rests), not in ramps; use ",
+                Setting("analyse_steps"),
+                ". A step test cannot measure the rate r: see ",
+                Setting("plan_ramp_test"),
+                ".",
             )
         swing = float(np.ptp(reading.op))
         raise RecordError(
-            f"The OP of {tag} has no ramp of {MIN_RAMP_TRAVEL} % and {MIN_RAMP_SAMPLES} samples (it spans "
-            f"{swing:.3g} %); drive it up and down as plan_ramp_test says."
+            f"The OP of {tag} holds no ramp of {MIN_RAMP_TRAVEL} % and {MIN_RAMP_SAMPLES} samples (it spans {swing:.3g} %)",
+            remedy=("move it up and down as in the plan of ", Setting("plan_ramp_test")),
         )
     return ramps, pieces
 

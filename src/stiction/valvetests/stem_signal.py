@@ -74,10 +74,12 @@ def read_stem(record: LoopRecord, signal: str | None, lag: float) -> StemSignal:
     for label, values in (("OP", op), (name.upper(), stem)):
         missing = float(np.mean(~np.isfinite(values)))
         if missing > MAX_MISSING_SHARE:
-            other = "; use signal='pv' if a flow was recorded" if label == "MV" else ""
+            other = ("; use ", Setting("signal", "pv"), " if a flow was recorded") if label == "MV" else ()
             raise RecordError(
                 f"{missing:.0%} of {label} of {record.tag} is missing; a valve test needs at least "
-                f"{1 - MAX_MISSING_SHARE:.0%}{other}, or cut the record to the part that is complete."
+                f"{1 - MAX_MISSING_SHARE:.0%}",
+                *other,
+                ", or cut the record to the part that is complete.",
             )
     valid = np.isfinite(op) & np.isfinite(stem)
     time = record.time[valid]
@@ -89,8 +91,8 @@ def read_stem(record: LoopRecord, signal: str | None, lag: float) -> StemSignal:
     return StemSignal(name, time, op[valid], stem[valid], op_sigma, rounding, noise_correlation(record))
 
 
-def reject_feedback(reading: StemSignal, tag: str, needs: str) -> None:
-    """Raise when OP reacts to PV; the message says what the test `needs`.
+def reject_feedback(reading: StemSignal, tag: str, needs: tuple[str | Setting, ...]) -> None:
+    """Refuse an OP that reacts to PV, and say what the test `needs`.
 
     Raises
     ------
@@ -100,8 +102,9 @@ def reject_feedback(reading: StemSignal, tag: str, needs: str) -> None:
     if abs(reading.reaction) > FEEDBACK_CORRELATION:
         raise RecordError(
             f"The OP of {tag} reacts to PV (their noise goes together, correlation {reading.reaction:.2f}, limit "
-            f"{FEEDBACK_CORRELATION:g} either way): the loop is in automatic; {needs} For a record of normal operation "
-            "use diagnose or identify."
+            f"{FEEDBACK_CORRELATION:g} either way): the loop is in automatic; ",
+            *needs,
+            " For a record of normal operation use diagnose.",
         )
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.errors import RecordError, require_positive
+from stiction.errors import RecordError, Setting, require_positive
 from stiction.records.quantiles import robust_std
 from stiction.records.record import require_record
 from stiction.valvetests.segmentation import Segment, quantisation_step, segment_signal
@@ -37,7 +37,7 @@ MAX_OP_NOISE = 0.5
 """OP noise above which the OP is not a test signal [% of span]."""
 MIN_STEP = 1e-3
 """OP moves below this are not steps [% of span]."""
-STEP_TEST_NEEDS = "a step test needs the loop in manual: see plan_step_test."
+STEP_TEST_NEEDS = ("a step test needs the loop in manual: see ", Setting("plan_step_test"), ".")
 
 
 def analyse_steps(record: LoopRecord, *, signal: str | None = None, limit: float = 1.0) -> StepTest:
@@ -120,18 +120,22 @@ def _find_holds(reading: StemSignal, tag: str) -> list[Segment]:
     sigma = robust_std(change) / math.sqrt(2.0)
     if sigma > MAX_OP_NOISE:
         raise RecordError(
-            f"The OP of {tag} moves by {sigma:.2g} % from sample to sample and has no step (a loop in automatic?); "
-            f"{STEP_TEST_NEEDS} For a record of normal operation use diagnose or identify."
+            f"The OP of {tag} moves by {sigma:.2g} % from sample to sample and holds no step (a loop in automatic?); ",
+            *STEP_TEST_NEEDS,
+            " For a record of normal operation use diagnose.",
         )
     reject_feedback(reading, tag, STEP_TEST_NEEDS)
     pieces = segment_signal(reading.time, op, max(sigma, 1e-3))
     holds = [piece for piece in pieces if piece.slope == 0.0]
     if sum(piece.n for piece in holds) < 0.5 * op.size:
         raise RecordError(
-            f"The OP of {tag} is not constant between moves; use analyse_ramp for ramps, or hold each step."
+            f"The OP of {tag} is not constant between moves",
+            remedy=("use ", Setting("analyse_ramp"), " for ramps, or hold each step"),
         )
     if np.abs(np.diff([hold.level for hold in holds])).max(initial=0.0) < MIN_STEP:
-        raise RecordError(f"The OP of {tag} has no step; move it as plan_step_test says.")
+        raise RecordError(
+            f"The OP of {tag} holds no step", remedy=("move it as in the plan of ", Setting("plan_step_test"))
+        )
     return holds
 
 

@@ -235,7 +235,7 @@ def test_elapsed_times():
 
 def test_a_format_that_is_none_or_does_not_fit_is_refused():
     cells = pl.Series(["2026-02-01 10:00:00"] * 3)
-    with pytest.raises(RecordError, match=r"'%Q' is no strptime format"):
+    with pytest.raises(RecordError, match=r"'%Q' is not a format of strptime"):
         parse_text_stamps(cells, time_format="%Q")
     with pytest.raises(
         RecordError, match=r"time_format '%d\.%m' does not fit the stamps, such as '2026-02-01 10:00:00'"
