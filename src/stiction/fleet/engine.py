@@ -57,7 +57,9 @@ class ProcessEngine:
                 if not go_on() or (batch := again.popleft() if again else next(waiting, None)) is None:
                     break
                 (idle.pop() if idle else self._start()).send(batch)
-            busy = {one.pipe: (one, one.batch) for one in self._started if one.batch is not None}
+            busy: dict[Any, tuple[WorkerProcess, Batch]] = {
+                one.pipe: (one, one.batch) for one in self._started if one.batch is not None
+            }
             if not busy:
                 return
             for pipe in wait(list(busy), timeout=0.5):  # Windows does not see Ctrl-C in a longer wait

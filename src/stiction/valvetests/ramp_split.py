@@ -85,7 +85,8 @@ def find_ramps(reading: StemSignal, tag: str) -> tuple[tuple[OpRamp, ...], list[
             )
         swing = float(np.ptp(reading.op))
         raise RecordError(
-            f"The OP of {tag} holds no ramp of {MIN_RAMP_TRAVEL} % and {MIN_RAMP_SAMPLES} samples (it spans {swing:.3g} %)",
+            f"The OP of {tag} has no ramp of {MIN_RAMP_TRAVEL} % and {MIN_RAMP_SAMPLES} samples (it spans "
+            f"{swing:.3g} %)",
             remedy=("move it up and down as in the plan of ", Setting("plan_ramp_test")),
         )
     return ramps, pieces
