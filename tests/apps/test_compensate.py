@@ -244,13 +244,13 @@ def test_a_missing_controller_is_asked_for_in_the_words_of_the_command(run, stic
 def test_progress_is_kept_from_a_pipe_and_shown_on_a_terminal(monkeypatch, capsys):
     from stiction.apps import output
 
-    with output.gauge("FIC-1") as show:
+    with output.progress_callback("FIC-1") as show:
         show(1, 2)
     assert capsys.readouterr().err == ""
     monkeypatch.setattr(output, "PROGRESS_DELAY_S", -1.0)
     monkeypatch.setattr("sys.stderr.isatty", lambda: True)
     monkeypatch.setenv("FORCE_COLOR", "1")
-    with output.gauge("FIC-1") as show:
+    with output.progress_callback("FIC-1") as show:
         show(1, 2)
     assert "FIC-1" in capsys.readouterr().err
 

@@ -69,7 +69,7 @@ def test_a_map_is_written_edited_and_read_back(run, plant, folder):
     assert run("read", plant, "--write-map", "map.csv").code == 0  # the same rows
     done = run("read", plant, "--write-map", "edited.csv", "--out", "more.parquet")
     assert (done.code, done.out) == (3, "")
-    assert "edited.csv exists and has other rows" in done.err
+    assert "edited.csv exists with other rows" in done.err
     assert "name another file with --write-map, or delete it first." in done.err
     assert (folder / "edited.csv").read_text() == text
     assert not (folder / "more.parquet").exists()

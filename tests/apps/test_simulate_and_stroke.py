@@ -128,7 +128,7 @@ def test_summary_as_json(run, folder):
 def test_a_test_signal_too_long_for_the_memory_is_refused_before_it_is_made(op, run):
     done = run("stroke", "--op", op)
     assert (done.code, done.out) == (2, "")
-    assert "10,000,000 can be made; give at most 1e+07 s" in done.err
+    assert "(limit 10,000,000); give at most 1e+07 s" in done.err
 
 
 @pytest.mark.parametrize(
@@ -145,7 +145,7 @@ def test_a_test_signal_too_long_for_the_memory_is_refused_before_it_is_made(op, 
         (["--noise", "-1"], 2, "noise"),
         (["--process", "3"], 2, "direct path"),
         (["--loop", "none.toml"], 3, "No such file"),
-        (["--loop", "bad.toml"], 3, "no TOML"),
+        (["--loop", "bad.toml"], 3, "not a TOML"),
         (["--loop", "odd.toml"], 2, '"gain" is not a setting'),
         (["--loop", "typed.toml"], 2, "noise"),
         (["--out", "none/a.csv"], 3, "no folder"),
@@ -217,7 +217,7 @@ def test_a_loop_that_runs_away_is_said_to(run):
 def test_a_stem_cannot_rest_off_its_travel(start, run):
     done = run("stroke", "--mv-start", start)
     assert done.code == 2
-    assert f"mv_start = {start} % of span is outside 0 to 100 % of span" in done.err
+    assert f"mv_start = {start} % of span is outside 0 to 100 %" in done.err
     deviations = ["--op", "triangle:mean=0,amplitude=30,period=400,duration=800"]
     assert run("stroke", *deviations, "--mv-start", "-20").code == 0
 

@@ -355,5 +355,7 @@ def test_a_controller_must_explain_nine_tenths_of_the_op(explained, taken, monke
     if taken:
         assert controller_from_record(record)[0].Kc == pytest.approx(0.15, rel=1e-3)
     else:
-        with pytest.raises(st.RecordError, match=r"no controller explains the OP \(90 % of its movement, 90 % needed"):
+        with pytest.raises(
+            st.RecordError, match=r"no controller explains OP \(the best explains 90 % of its movement, 90 % are needed"
+        ):
             controller_from_record(record)
