@@ -60,8 +60,8 @@ class ProcessEngine:
             busy = {one.pipe: (one, one.batch) for one in self._started if one.batch is not None}
             if not busy:
                 return
-            for pipe in wait(list(busy), timeout=0.5):  # Windows does not see Ctrl-C in a longer wait
-                worker, batch = busy[pipe]
+            ready = wait(list(busy), timeout=0.5)  # Windows does not see Ctrl-C in a longer wait
+            for worker, batch in [busy[pipe] for pipe in busy if pipe in ready]:
                 try:
                     outcomes = worker.receive()
                 except (EOFError, OSError):  # the worker is dead

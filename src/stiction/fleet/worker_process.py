@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = ["ONE_THREAD", "WorkerProcess", "end_with_parent"]
 
-ONE_THREAD = dict.fromkeys(
+ONE_THREAD: dict[str, str] = dict.fromkeys(
     (
         *("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS", "POLARS_MAX_THREADS"),
         "VECLIB_MAXIMUM_THREADS",
