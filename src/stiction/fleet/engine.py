@@ -62,8 +62,8 @@ class ProcessEngine:
             }
             if not busy:
                 return
-            for pipe in wait(list(busy), timeout=0.5):  # Windows does not see Ctrl-C in a longer wait
-                worker, batch = busy[pipe]
+            ready = wait(list(busy), timeout=0.5)  # Windows does not see Ctrl-C in a longer wait
+            for worker, batch in [busy[pipe] for pipe in busy if pipe in ready]:
                 try:
                     outcomes = worker.receive()
                 except (EOFError, OSError):  # the worker is dead
