@@ -49,7 +49,7 @@ def test_audit_writes_its_files_and_goes_on(run, folder):
         (["plant.parquet", "--out", "a", "--map", "none.csv"], 3, "the map cannot be read"),
         (["plant.parquet", "--out", "a", "--connections", "none.csv"], 3, "the connections cannot be read"),
         (["plant.parquet", "--out", "full"], 3, "full: is not an audit and not empty"),
-        (["--out", "full"], 3, "full: is not an audit"),
+        (["--out", "full"], 3, "full: is no audit"),
         (["plant.parquet", "--out", "a", "--dask", "tcp://127.0.0.1:9"], 3, "the scheduler cannot be reached"),
         (
             ["plant.parquet", "--out", "a", "--ledger", "postgresql+psycopg://u:pw@127.0.0.1:9/x"],
@@ -64,7 +64,7 @@ def test_audit_writes_its_files_and_goes_on(run, folder):
             2,
             "--page U0/FIC-00: no loop has this tag; give one of",
         ),
-        (["plant.parquet", "--out", "a", "--compare", "full"], 3, "--compare full: is not an audit"),
+        (["plant.parquet", "--out", "a", "--compare", "full"], 3, "--compare full: is no audit"),
     ],
 )
 def test_bad_input(run, folder, arguments, code, message):

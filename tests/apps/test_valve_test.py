@@ -194,7 +194,7 @@ def test_a_position_that_counts_the_closing_is_refused_and_not_called_stuck(run,
     done = run("valve-test", "analyse", "ramp", "closing.csv")
     assert (done.code, done.out) == (3, "")
     assert "The valve position of closing moves against the OP, by -0." in done.err
-    assert "give 100 minus it" in done.err
+    assert "give 100 minus this signal" in done.err
 
 
 def test_a_file_that_cannot_be_used_is_an_object_of_json_too(run, folder, ramp_csv):

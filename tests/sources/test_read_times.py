@@ -136,7 +136,7 @@ def test_clock_without_a_date_runs_over_midnight(signals, table, read_text):
 def test_sample_index_needs_dt(signals, table, read_text):
     t, pv, op, _ = signals
     text = table("sample,PV,OP", t, pv, op)
-    with pytest.raises(RecordError, match="sample index; give the sampling period with dt="):
+    with pytest.raises(RecordError, match="sample index; give the sampling period with dt in seconds"):
         read_text(text)
     assert read_text(text, dt=2.5)[0].dt == 2.5
     with pytest.raises(RecordError, match="no time column"):

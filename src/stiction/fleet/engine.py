@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections import Counter, deque
 from multiprocessing.connection import wait
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from stiction.errors import ParameterError, require_count
 from stiction.fleet.batch import Batch, Outcome, failed_row
@@ -57,9 +57,7 @@ class ProcessEngine:
                 if not go_on() or (batch := again.popleft() if again else next(waiting, None)) is None:
                     break
                 (idle.pop() if idle else self._start()).send(batch)
-            busy: dict[Any, tuple[WorkerProcess, Batch]] = {
-                one.pipe: (one, one.batch) for one in self._started if one.batch is not None
-            }
+            busy = {one.pipe: (one, one.batch) for one in self._started if one.batch is not None}
             if not busy:
                 return
             ready = wait(list(busy), timeout=0.5)  # Windows does not see Ctrl-C in a longer wait

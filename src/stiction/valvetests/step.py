@@ -120,7 +120,7 @@ def _find_holds(reading: StemSignal, tag: str) -> list[Segment]:
     sigma = robust_std(change) / math.sqrt(2.0)
     if sigma > MAX_OP_NOISE:
         raise RecordError(
-            f"The OP of {tag} moves by {sigma:.2g} % from sample to sample and holds no step (a loop in automatic?); ",
+            f"The OP of {tag} moves by {sigma:.2g} % from sample to sample and has no step (a loop in automatic?); ",
             *STEP_TEST_NEEDS,
             " For a record of normal operation use diagnose.",
         )
@@ -134,7 +134,7 @@ def _find_holds(reading: StemSignal, tag: str) -> list[Segment]:
         )
     if np.abs(np.diff([hold.level for hold in holds])).max(initial=0.0) < MIN_STEP:
         raise RecordError(
-            f"The OP of {tag} holds no step", remedy=("move it as in the plan of ", Setting("plan_step_test"))
+            f"The OP of {tag} has no step", remedy=("move it as in the plan of ", Setting("plan_step_test"))
         )
     return holds
 
