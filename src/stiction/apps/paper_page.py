@@ -181,7 +181,7 @@ def _equations6and7(data: Any) -> list[Block]:
             "Eq. 6 is misprinted twice: its roots, and a factor 2 on the inner root of its second branch. Eq. 7 is "
             "right. Both hold for rest levels ±d/2, ±3d/2, ...; with levels 0, ±d, ... the same valve has another N."
         ),
-        SideBySide([figures.df_component(data, "real"), figures.part_of_n(data, "imaginary")]),
+        SideBySide([figures.df_component(data, "real"), figures.df_component(data, "imaginary")]),
         Table(["Form", "Largest distance from N measured on the valve [-]"], rows, "Both parts together."),
     ]
 
