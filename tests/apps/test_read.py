@@ -70,7 +70,7 @@ def test_a_map_is_written_edited_and_read_back(run, plant, folder):
     done = run("read", plant, "--write-map", "edited.csv", "--out", "more.parquet")
     assert (done.code, done.out) == (3, "")
     assert "edited.csv exists with other rows" in done.err
-    assert "name another file with --write-map, or delete it first." in done.err
+    assert "Give another name with --write-map, or delete the file first." in done.err
     assert (folder / "edited.csv").read_text() == text
     assert not (folder / "more.parquet").exists()
 
