@@ -44,7 +44,7 @@ def test_audit_writes_its_files_and_goes_on(run, folder):
         (["plant.parquet", "--out", "a", "--loops", "XYZ"], 2, "matches none of the 2 loops"),
         (["plant.parquet", "--out", "a", "--map", "none.csv"], 3, "the map cannot be read"),
         (["plant.parquet", "--out", "a", "--connections", "none.csv"], 3, "the connections cannot be read"),
-        (["plant.parquet", "--out", "full"], 3, "full: is no audit and not empty"),
+        (["plant.parquet", "--out", "full"], 3, "full: is not an audit and not empty"),
         (["--out", "full"], 3, "full: is no audit"),
         (["plant.parquet", "--out", "a", "--dask", "tcp://127.0.0.1:9"], 3, "the scheduler cannot be reached"),
         (
