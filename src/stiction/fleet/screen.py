@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from datetime import timedelta
 from typing import TYPE_CHECKING, Any
 
@@ -26,8 +26,6 @@ RESTING_STATES = ("manual", "saturated", "pv_frozen", "shut_in", "bad_data")
 """Loop states in which the valve cannot be judged or rests: the loop is not diagnosed."""
 MIN_SAMPLES = 100
 """Samples below which a loop is not diagnosed [-]."""
-MIN_SATURATED_SHARE = 0.5
-"""Time at a limit from which a controller that looks out of command is called saturated [-]."""
 MAX_SCREEN_SAMPLES = 4320
 """Block means of which the loop state is found, at most [-]."""
 
@@ -86,8 +84,6 @@ def screen_record(place: LoopPlace, record: LoopRecord, settings: WorkSettings) 
     state = assess_loop_state(average_blocks(record, -(-len(record) // MAX_SCREEN_SAMPLES)))
     row |= {name: value for name, value in metrics.to_dict().items() if name in row and name != "tag"}
     row |= _state_shares(state, record, bool(place.master))
-    if state.state == "not_in_command" and metrics.saturated_share >= MIN_SATURATED_SHARE:
-        state = replace(state, state="saturated", share=metrics.saturated_share)
     row |= {
         "loop_state": state.state,
         "data_warnings": _data_warnings(record),
