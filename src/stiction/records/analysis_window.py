@@ -44,6 +44,11 @@ def analysis_window(record: LoopRecord, masks: RecordMasks | None = None) -> tup
     first, last : int
         The samples ``first <= k < last``; equal when there is none.
 
+    Notes
+    -----
+    The segment may contain gaps of up to 20 samples. If more than a fifth of it is missing, only gaps of up to 5
+    samples, which are filled, are allowed.
+
     Examples
     --------
     >>> from stiction.records import LoopRecord, analysis_window
