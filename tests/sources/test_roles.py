@@ -85,7 +85,7 @@ def test_pairs_of_several_loops_stay_apart():
 def test_the_position_of_the_valve_of_one_number(position):
     loop = one_loop(f"FIC4101.PV,FIC4101.SP,FIC4101.OP,{position}")
     assert loop.roles["mv"].name == position
-    assert any(position in note and "(columns)" in note for note in loop.notes)
+    assert any(position in note and "--column" in note for note in loop.notes)
 
 
 @pytest.mark.parametrize(

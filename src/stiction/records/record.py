@@ -344,8 +344,10 @@ def missing_pv_hint(record: LoopRecord) -> str:
     """Say how to read a record with its PV: MV is also a measured value (ABB), which is read as the valve position."""
     column = record.provenance.columns.get("mv")
     if column is None:
-        return "Read the file again and name the column of the PV (columns)."
-    return f"{column} was taken for the valve position; if it is the PV, name it as the PV (columns)."
+        return "Read the file again and name the column of the PV (--column, in Python columns=)."
+    return (
+        f"{column} was taken for the valve position; if it is the PV, name it as the PV (--column, in Python columns=)."
+    )
 
 
 def _signal(name: str, value: ArrayLike, n: int | None) -> NDArray[np.float64]:

@@ -179,7 +179,7 @@ def _role_with_two(group: TagGroup) -> str:
         if len(found) > 1 and role.split()[-1] not in FLAG_ROLES:
             one, other = (column_label(column) for column in found[:2])
             both = f"columns {one!r} and {other!r} are both the {role.upper()} of one loop"
-            return f"{both}; name the right one (columns)."
+            return f"{both}; name the right one (--column, in Python columns=)."
     return ""
 
 

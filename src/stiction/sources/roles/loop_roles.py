@@ -18,7 +18,7 @@ FLAG_ROLES = ("bad", "quality")
 """Columns that say which rows count; as ``pv quality`` they say it of one signal alone."""
 ROLES = (*NUMERIC_ROLES, "mode", *FLAG_ROLES)
 """Roles that a user can give to a column."""
-HOW_TO_OVERRULE = "name the columns (columns) or give a map if that is wrong."
+HOW_TO_OVERRULE = "name the columns (--column, in Python columns=) or give a map if that is wrong."
 """End of a note on a guessed role."""
 
 
