@@ -1,0 +1,112 @@
+"""JSON of results: one rule for every dataclass of the package."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from operator import attrgetter
+from typing import Any, ClassVar
+
+__all__ = ["Result", "fields_to_json", "json_as", "to_json"]
+
+
+class Result:
+    """Base class that gives a dataclass its `to_dict`.
+
+    A subclass whose JSON has another order than its fields, or values that are not fields, lists all of them in
+    `_json_keys`: names of fields and properties, and paths such as "loop.dt as dt_s", which name their key.
+    """
+
+    __slots__ = ()
+    _json_keys: ClassVar[tuple[str, ...]] = ()
+
+    def to_dict(self, *, series: bool = True) -> dict[str, Any]:
+        """JSON-ready form, with or without arrays; unknown and infinite numbers are None."""
+        return fields_to_json(self, series=series)
+
+
+def json_as(key: str = "", *, digits: int | None = None, series: bool = False, omit: bool = False) -> dict[str, Any]:
+    """Return the metadata of a field that has another form in JSON.
+
+    Parameters
+    ----------
+    key : str
+        Key in place of the name of the field.
+    digits : int, optional
+        Decimals to which the number is rounded [-].
+    series : bool
+        Whether it is left out with the arrays.
+    omit : bool
+        Whether it is always left out.
+    """
+    return {"json": (key, digits, series, omit)}
+
+
+def to_json(value: Any, *, series: bool = True) -> Any:
+    """Return a value as JSON allows it.
+
+    Parameters
+    ----------
+    value : object
+        A number, text, array, list, dict or dataclass, however nested.
+    series : bool
+        Whether dicts and dataclasses include their arrays.
+
+    Returns
+    -------
+    None, bool, number, str, list or dict
+        NaN and infinity become None, complex numbers [real, imaginary], times ISO 8601, other objects their text.
+
+    Examples
+    --------
+    >>> from dataclasses import dataclass, field
+    >>> from stiction.display.json_form import Result, json_as
+    >>> @dataclass
+    ... class Peak(Result):
+    ...     period: float = field(metadata=json_as("period_s"))
+    ...     levels: tuple[float, ...] = ()
+    >>> Peak(float("nan"), (1.0, 2.0)).to_dict()
+    {'period_s': None, 'levels': [1.0, 2.0]}
+    """
+    if value is None or isinstance(value, (bool, str, int)):
+        return value
+    if isinstance(value, float):
+        return float(value) if math.isfinite(value) else None
+    if isinstance(value, complex):
+        return [to_json(value.real), to_json(value.imag)]
+    if isinstance(value, Mapping):
+        return {str(key): to_json(one, series=series) for key, one in value.items() if series or not _is_series(one)}
+    if isinstance(value, (list, tuple)):
+        return [to_json(one, series=series) for one in value]
+    if hasattr(value, "tolist"):
+        return to_json(value.tolist())
+    if isinstance(value, Result):
+        return value.to_dict(series=series)
+    if is_dataclass(value):
+        return fields_to_json(value, series=series)
+    return value.isoformat() if hasattr(value, "isoformat") else str(value)
+
+
+def fields_to_json(result: Any, *, series: bool = True) -> dict[str, Any]:
+    """Return the fields of a dataclass as JSON allows them, or what its `_json_keys` lists."""
+    no_option = json_as()["json"]
+    options = {one.name: one.metadata.get("json", no_option) for one in fields(result)}
+    data = {}
+    for entry in getattr(result, "_json_keys", ()) or options:
+        path, _, path_key = entry.partition(" as ")
+        key, digits, is_array, omit = options.get(path, no_option)
+        value = attrgetter(path)(result)
+        if omit or (not series and (is_array or _is_series(value))):
+            continue
+        if digits is not None:
+            value = round(float(value), digits)
+        data[path_key or key or path.rpartition(".")[2]] = to_json(value, series=series)
+    return data
+
+
+def _is_series(value: Any) -> bool:
+    """Whether it is an array or a dict of arrays."""
+    if isinstance(value, Mapping):
+        return bool(value) and all(_is_series(one) for one in value.values())
+    return getattr(value, "ndim", 0) > 0
