@@ -8,7 +8,7 @@ from dataclasses import fields, is_dataclass
 from operator import attrgetter
 from typing import Any, ClassVar
 
-__all__ = ["Result", "fields_to_json", "json_as", "to_json"]
+__all__ = ["FOUR_DECIMALS", "Result", "fields_to_json", "json_as", "to_json"]
 
 
 class Result:
@@ -41,6 +41,10 @@ def json_as(key: str = "", *, digits: int | None = None, series: bool = False, o
         Whether it is always left out.
     """
     return {"json": (key, digits, series, omit)}
+
+
+FOUR_DECIMALS = json_as(digits=4)
+"""Metadata of shares and probabilities."""
 
 
 def to_json(value: Any, *, series: bool = True) -> Any:

@@ -118,7 +118,7 @@ def test_sensitivity_at_the_limit_of_stability():
     process = ProcessFit(0.05, 0.0, 5.0, True)
     limit = make_controller(math.pi / (2.0 * 0.05 * 5.0), math.inf, Ki=0.0, form="P")
     assert sensitivity(make_identification(process=process), limit, 20.0) > 1e5
-    half = limit._replace(Kc=0.5 * limit.Kc)
+    half = replace(limit, Kc=0.5 * limit.Kc)
     assert sensitivity(make_identification(process=process), half, 20.0) == pytest.approx(2.0, rel=1e-9)
 
 
