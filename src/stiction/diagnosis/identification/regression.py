@@ -153,7 +153,7 @@ class Regression:
         firsts = np.concatenate([*own_products, *own_products[1:]], axis=2)[:, 0]
         firsts = np.concatenate([firsts, x @ self.first_products], axis=1)
         lost = first + np.flatnonzero(~self.predicted)
-        lost_sums = _lag_sums_at(own, lost)
+        lost_sums = _lag_sums_at(own, lost) if lost.size else np.empty(0)
         products, begin = [], 0
         for z in (own, *self.shared):
             end = begin + z.groups.size + longest - 1
