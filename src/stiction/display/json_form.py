@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
+from functools import cache
 from operator import attrgetter
 from typing import Any, ClassVar
 
@@ -29,16 +30,8 @@ class Result:
 def json_as(key: str = "", *, digits: int | None = None, series: bool = False, omit: bool = False) -> dict[str, Any]:
     """Return the metadata of a field that has another form in JSON.
 
-    Parameters
-    ----------
-    key : str
-        Key in place of the name of the field.
-    digits : int, optional
-        Decimals to which the number is rounded [-].
-    series : bool
-        Whether it is left out with the arrays.
-    omit : bool
-        Whether it is always left out.
+    `key` replaces its name and `digits` rounds it to so many decimals [-]; with `series` it is left out wherever arrays
+    are, with `omit` always.
     """
     return {"json": (key, digits, series, omit)}
 
@@ -94,19 +87,26 @@ def to_json(value: Any, *, series: bool = True) -> Any:
 
 def fields_to_json(result: Any, *, series: bool = True) -> dict[str, Any]:
     """Return the fields of a dataclass as JSON allows them, or what its `_json_keys` lists."""
-    no_option = json_as()["json"]
-    options = {one.name: one.metadata.get("json", no_option) for one in fields(result)}
     data = {}
-    for entry in getattr(result, "_json_keys", ()) or options:
-        path, _, path_key = entry.partition(" as ")
-        key, digits, is_array, omit = options.get(path, no_option)
-        value = attrgetter(path)(result)
-        if omit or (not series and (is_array or _is_series(value))):
-            continue
-        if digits is not None:
-            value = round(float(value), digits)
-        data[path_key or key or path.rpartition(".")[2]] = to_json(value, series=series)
+    for key, read, digits, is_array in _entries(type(result)):
+        value = read(result)
+        if series or not (is_array or _is_series(value)):
+            data[key] = to_json(value if digits is None else round(float(value), digits), series=series)
     return data
+
+
+@cache
+def _entries(kind: type[Any]) -> list[tuple[str, Callable[[Any], Any], int | None, bool]]:
+    """Key, function that reads the value, decimals, and whether it counts as an array, of each entry of a dataclass."""
+    no_options = json_as()["json"]
+    options = {one.name: one.metadata.get("json", no_options) for one in fields(kind)}
+    found = []
+    for entry in getattr(kind, "_json_keys", ()) or options:
+        path, _, path_key = entry.partition(" as ")
+        key, digits, is_array, omit = options.get(path, no_options)
+        if not omit:
+            found.append((path_key or key or path.rpartition(".")[2], attrgetter(path), digits, is_array))
+    return found
 
 
 def _is_series(value: Any) -> bool:

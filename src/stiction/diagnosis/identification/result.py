@@ -55,7 +55,7 @@ class ControllerFit(Result):
     explained: float
     """Share of the OP's variation that it explains [-], or of its moves where `why` says moves."""
     action: float
-    """Sign of the process gain that makes the loop stable: the sign of Ki; 0 when the record does not show it."""
+    """Sign of the process gain that makes the loop stable: the sign of Ki; 0 when unknown [-]."""
     form: str = "unknown"
     """P, I, PI, PID, or I-P, PI-D, I-PD with the part behind the hyphen on the PV alone; or unknown."""
     Td: float = 0.0
