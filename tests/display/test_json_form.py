@@ -28,6 +28,12 @@ class Peak:
 
 
 @dataclass(frozen=True)
+class Run:
+    op: np.ndarray
+    n: int
+
+
+@dataclass(frozen=True)
 class Base(Result):
     tag: str
     share: float = field(metadata=FOUR_DECIMALS)
@@ -111,10 +117,9 @@ def test_without_series_arrays_are_left_out_at_every_depth():
     assert as_text(WAVE.to_dict(series=False)) == as_text(short)
     found = Outer(Report((), WAVE, 3)).to_dict(series=False)
     assert as_text(found["report"]["wave"]) == as_text(short)
-    assert to_json({"empty": {}, "op": np.zeros(2), "mean": np.float64(1.0)}, series=False) == {
-        "empty": {},
-        "mean": 1.0,
-    }
+    mixed, rest = {"empty": {}, "op": np.zeros(2), 1: np.float64(1.0)}, {"empty": {}, "1": 1.0}
+    assert to_json({"runs": [mixed], "run": mixed}, series=False) == {"runs": [rest], "run": rest}
+    assert to_json([Run(np.zeros(2), 2)], series=False) == [{"n": 2}]
 
 
 @pytest.mark.parametrize(

@@ -105,7 +105,7 @@ def _entries(kind: type[Any]) -> list[tuple[str, Callable[[Any], Any], int | Non
         path, _, path_key = entry.partition(" as ")
         key, digits, is_array, omit = options.get(path, no_options)
         if not omit:
-            found.append((path_key or key or path.rpartition(".")[2], attrgetter(path), digits, is_array))
+            found.append((path_key or key or path, attrgetter(path), digits, is_array))
     return found
 
 
