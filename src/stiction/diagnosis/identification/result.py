@@ -150,6 +150,9 @@ class Identification(ResultDisplay, kind="identification"):
     """Twice the log likelihood ratio of the sticky valve over each other explanation [-]: `good`, `deadband` (a sticky
     valve without slip jump), `nonlinear` (a bent characteristic), `relay_load`, `noise_gate`, `periodic_load`, and
     `beside_periodic_load` (the same load added to both). A name is missing where the comparison was not possible."""
+    process_gains: Mapping[str, float] = field(default_factory=dict)
+    """Process gain from the valve position to the PV over its standard error [-]: of the `stem` alone, and of the
+    `stem_beside_op`, where a good valve may act as well."""
     dead_zone: DeadZone | None = None
     """The most likely dead zone at fixed OP, in place of a sticky valve; None where it was not searched for."""
     surface: LikelihoodSurface | None = field(default=None, repr=False, compare=False)
@@ -215,6 +218,7 @@ class Identification(ResultDisplay, kind="identification"):
             "drift_per_h": finite_or_none(self.drift),
             "drift_error_per_h": finite_or_none(self.drift_error),
             "likelihood_ratios": {name: finite_or_none(value) for name, value in self.likelihood_ratios.items()},
+            "process_gains": {name: finite_or_none(value) for name, value in self.process_gains.items()},
             "reason": self.reason,
             "parameters": {name: finite_or_none(value) for name, value in self.parameters.items()},
             "parameter_intervals": {
