@@ -84,6 +84,17 @@ def test_a_sticky_valve_beats_every_explanation_without_stiction():
     assert min(ratios.values()) > 30.0, ratios
 
 
+def test_only_a_sticky_valve_has_a_gain_beside_op():
+    op, pv = closed_loop(flow=lambda u: u - 50.0, load=square_wave)
+    good = search_record(op, pv, 61.3).gains
+    loop = st.Loop(st.PID(0.3, 12.0), st.Kano(4.0, 2.0), st.FOPDT(1.5, 8.0, 4.0), dt=1.0, noise=0.05)
+    sp = np.repeat(np.random.default_rng(0).uniform(-3.0, 3.0, 50), 40)
+    run = st.simulate(loop, sp, 2000.0, seed=1)
+    sticky = search_record(run.op, run.pv, None).gains
+    assert good["stem_beside_op"] < 3.0 < sticky["stem_beside_op"]
+    assert sticky["stem"] > 5.0
+
+
 def test_characteristics_are_bent_where_they_should_be():
     place = np.linspace(0.0, 1.0, 1001)
     bent = valve_characteristics(place)

@@ -17,11 +17,13 @@ from stiction.diagnosis.identification.regression import PV_LAGS, build_regressi
 from stiction.diagnosis.identification.stems import relay_signals, valve_positions
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from numpy.typing import NDArray
 
     from stiction.diagnosis.identification.regression import Regression
 
-__all__ = ["ALTERNATIVES", "alternative_costs", "good_valve_cost", "valve_characteristics"]
+__all__ = ["ALTERNATIVES", "alternative_costs", "good_valve_cost", "process_gains", "valve_characteristics"]
 
 ALTERNATIVES = ("good", "nonlinear", "dead_zone", "relay_load", "noise_gate", "periodic_load")
 """Explanations without stiction; `periodic_load` only where the loop oscillates."""
@@ -61,13 +63,26 @@ def _op_means(regression: Regression) -> NDArray[np.float64]:
     return regression.op.reshape(1, -1, regression.per_block).mean(axis=2)
 
 
+def process_gains(regression: Regression, stem: NDArray[np.float64]) -> dict[str, float]:
+    """Gain from a valve position [% of span] to the PV over its standard error [-]: alone, and beside a good valve.
+
+    A valve position that only seems to explain the PV has no gain, or one of the wrong sign; beside OP, through which
+    a good valve acts, a sticky valve keeps its gain.
+    """
+    alone, beside_op = _with_shared(regression, []), _with_good_valve(regression)
+    return {"stem": alone.gain_over_error(stem), "stem_beside_op": beside_op.gain_over_error(stem)}
+
+
 def _with_good_valve(regression: Regression) -> Regression:
     """The regression with the lags of a good valve's position among the shared regressors, in place of those of OP."""
+    return _with_shared(regression, regression._lag_sums(standardise(_op_means(regression)[0])[np.newaxis])[0])
+
+
+def _with_shared(regression: Regression, rows: Iterable[NDArray[np.float64]]) -> Regression:
+    """The regression with given regressors beside the earlier PVs, for `cost_of_regressors` and `gain_over_error`."""
     n, first = regression.pv.size, regression.first
-    pv_lags = min(PV_LAGS, n // 8)
-    shared = [np.ones(n - first), *(regression.pv[first - lag : n - lag] for lag in range(1, pv_lags + 1))]
-    lag_sums = regression._lag_sums(standardise(_op_means(regression)[0])[np.newaxis])[0]
-    basis, _ = orthonormal_rows(np.vstack([regression.choose(np.array(shared)), lag_sums]))
+    shared = [np.ones(n - first), *(regression.pv[first - lag : n - lag] for lag in range(1, min(PV_LAGS, n // 8) + 1))]
+    basis, _ = orthonormal_rows(np.array([*regression.choose(np.array(shared)), *rows]))
     y = regression.choose(regression.pv[first:])
     return replace(regression, basis=basis, target=y - (y @ basis.T) @ basis)
 

@@ -116,6 +116,20 @@ class Regression:
         explained = self.choose(sum(lag_weights[:, [i]] * one for i, one in enumerate(lags)))
         return self.target - (explained - (explained @ self.basis.T) @ self.basis)
 
+    def gain_over_error(self, position: NDArray[np.float64]) -> float:
+        """Steady gain from a valve position to the PV over its standard error [-]; 0 of a position that rests."""
+        if not float(np.ptp(position)) > 0.0:
+            return 0.0
+        sums = self._lag_sums(position[np.newaxis])[0]
+        free = sums - (sums @ self.basis.T) @ self.basis
+        size = np.sqrt((sums**2).sum(axis=1)) + TINY
+        normal = free @ free.T / size / size[:, np.newaxis] + GAIN_RIDGE * np.eye(len(size))
+        right, lags = free @ self.target / size, np.diff(self.edges) / size
+        weights, spread = np.linalg.solve(normal, np.column_stack([right, lags])).T
+        error = float(self.target @ self.target - weights @ right)
+        variance = float(lags @ spread) * max(error, MIN_ERROR * self.n_predicted) / self.n_predicted
+        return float(lags @ weights / np.sqrt(variance))
+
     def by_half_cycle(self, residuals: NDArray[np.float64]) -> NDArray[np.float64]:
         """Sum of squared residuals in each half cycle, shape (n_valves, n_half_cycles)."""
         total = np.concatenate([np.zeros((len(residuals), 1)), np.cumsum(residuals**2, axis=1)], axis=1)
@@ -188,6 +202,8 @@ TINY = 1e-150
 """Size of a regressor that is constant [-]."""
 RIDGE = 1e-10
 """Added to the diagonal of the scaled normal equations, since lags of a resting valve are collinear [-]."""
+GAIN_RIDGE = 1e-8
+"""The same where the standard error of a gain is wanted [-]."""
 MIN_ERROR = 1e-8
 """Smallest error, as a share of the variance of what is compared [-]: data without noise are rounded data."""
 

@@ -108,8 +108,8 @@ class Identification(ResultDisplay, kind="identification"):
 
     _json_keys = (
         "S", "J", "S_low", "S_high", "J_low", "J_high", "fit", "fit_linear", "model", "by_position", "process",
-        "linear", "segments", "drift as drift_per_h", "drift_error as drift_error_per_h", "likelihood_ratios", "reason",
-        "parameters", "parameter_intervals",
+        "linear", "segments", "drift as drift_per_h", "drift_error as drift_error_per_h", "likelihood_ratios",
+        "process_gains", "reason", "parameters", "parameter_intervals",
     )  # fmt: skip
 
     model: str
@@ -145,6 +145,9 @@ class Identification(ResultDisplay, kind="identification"):
     """Twice the log likelihood ratio of the sticky valve over each other explanation [-]: `good`, `deadband` (a sticky
     valve without slip jump), `nonlinear` (a bent characteristic), `relay_load`, `noise_gate`, `periodic_load`, and
     `beside_periodic_load` (the same load added to both). A name is missing where the comparison was not possible."""
+    process_gains: Mapping[str, float] = field(default_factory=dict)
+    """Process gain from the valve position to the PV over its standard error [-]: of the `stem` alone, and of the
+    `stem_beside_op`, where a good valve may act as well."""
     dead_zone: DeadZone | None = None
     """The most likely dead zone at fixed OP, in place of a sticky valve; None where it was not searched for."""
     surface: LikelihoodSurface | None = field(default=None, repr=False, compare=False)

@@ -41,9 +41,9 @@ def block_signals(
     pv: NDArray[np.float64],
     period: float | None,
     *,
-    samples_per_period: float = 30.0,
-    min_blocks: int = 1200,
-    max_blocks: int = 4000,
+    samples_per_period: float = 12.0,
+    min_blocks: int = 400,
+    max_blocks: int = 2000,
     max_op_per_block: int = 8,
     gaps: NDArray[np.bool_] | None = None,
 ) -> BlockSignals:
