@@ -15,7 +15,7 @@ from stiction.diagnosis.verdict.diagnosis import Diagnosis
 from stiction.records.assess import Quality
 
 RATIOS = {
-    "good": 300.0, "nonlinear": 200.0, "dead_zone": 250.0, "relay_load": 150.0, "noise_gate": 80.0,
+    "good": 300.0, "dead_zone": 250.0, "relay_load": 80.0,
     "periodic_load": 120.0, "beside_periodic_load": 60.0, "deadband": 40.0,
 }  # fmt: skip
 CAUSES = {"valve": 0.0, "tuning": 0.0, "external": 0.0, "sensor": 0.0, "dead_zone": 0.0}

@@ -81,7 +81,7 @@ def test_ratios_are_limited():
 
 @pytest.mark.parametrize(("closest", "good", "share"), [(-90.0, 300.0, -0.3), (-900.0, 300.0, -1.0), (5.0, 10.0, 0.25)])
 def test_share_of_the_evidence_that_is_kept(closest, good, share):
-    ratios = {"good": good, "relay_load": closest, "nonlinear": 200.0}
+    ratios = {"good": good, "relay_load": closest, "periodic_load": 200.0}
     found = compute_features(FeatureInput(make_identification(likelihood_ratios=ratios), *_rest()))
     assert found["kept_share"] == pytest.approx(share)
     assert found["over_closest"] == pytest.approx(math.asinh(closest / 20.0))

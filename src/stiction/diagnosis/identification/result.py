@@ -143,7 +143,7 @@ class Identification(ResultDisplay, kind="identification"):
     """PV simulated with a good valve, shape and gaps of `pv`."""
     likelihood_ratios: Mapping[str, float] = field(default_factory=dict)
     """Twice the log likelihood ratio of the sticky valve over each other explanation [-]: `good`, `deadband` (a sticky
-    valve without slip jump), `nonlinear` (a bent characteristic), `relay_load`, `noise_gate`, `periodic_load`, and
+    valve without slip jump), `dead_zone`, `relay_load`, `periodic_load`, and
     `beside_periodic_load` (the same load added to both). A name is missing where the comparison was not possible."""
     process_gains: Mapping[str, float] = field(default_factory=dict)
     """Process gain from the valve position to the PV over its standard error [-]: of the `stem` alone, and of the

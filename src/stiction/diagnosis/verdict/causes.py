@@ -137,8 +137,8 @@ def closest_alternative(likelihood_ratios: Mapping[str, float]) -> tuple[str, fl
 
     Examples
     --------
-    >>> closest_alternative({"good": 310.0, "deadband": 12.0, "nonlinear": 45.0})
-    ('nonlinear', 45.0)
+    >>> closest_alternative({"good": 310.0, "deadband": 12.0, "relay_load": 45.0})
+    ('relay_load', 45.0)
     """
     found = {k: ratio for k, ratio in likelihood_ratios.items() if k not in STICKY_TOO and math.isfinite(ratio)}
     return min(found.items(), key=lambda item: item[1]) if found else None
