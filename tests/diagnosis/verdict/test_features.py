@@ -30,7 +30,8 @@ EXPECTED = {
     "beside_periodic_load": log_of(60.0),
     "over_deadband": log_of(40.0),
     "band_to_swing": 4.0 / 8.0,
-    "jump_ratio": 0.25,
+    "stem_gain": math.asinh(9.0),
+    "stem_gain_beside_op": math.asinh(4.0),
     "fit_gain": math.log(40.0 / 10.0),
     "position": log_of(500.0),
 }
@@ -50,10 +51,10 @@ def test_every_feature_is_tested_and_has_a_sign():
 
 def test_missing_results_are_nan():
     valve = make_identification(likelihood_ratios={"good": math.nan}, segments=(), S_low=0.0)
-    unknown = make_controller(form="unknown")
+    unknown = make_controller(form="unknown", action=0.0)
     found = compute_features(FeatureInput(valve, unknown, make_oscillation(oscillating=False), 0.0, 0.0))
     defined = {name for name, value in found.items() if math.isfinite(value)}
-    assert defined == {"jump_ratio", "fit_gain"}
+    assert defined == {"fit_gain"}
 
 
 def test_a_load_without_a_period_counts_as_a_good_valve():
@@ -62,15 +63,20 @@ def test_a_load_without_a_period_counts_as_a_good_valve():
     assert found["over_periodic_load"] == found["beside_periodic_load"] == log_of(RATIOS["good"])
 
 
-def test_jump_features_belong_to_one_kind_of_process():
+def test_features_of_the_slip_jump_belong_to_one_kind_of_process():
     plain = compute_features(GIVEN)
     valve = make_identification(process=replace(make_identification().process, integrating=True))
     integrating = compute_features(FeatureInput(valve, *_rest()))
-    for name in OF_INTEGRATING:
-        own = name.removesuffix("_integrating")
-        assert integrating[name] == plain[own]
-        assert math.isnan(integrating[own])
-        assert math.isnan(plain[name])
+    assert integrating["jump_ratio_integrating"] == 0.25
+    assert integrating["over_deadband_integrating"] == plain["over_deadband"]
+    assert math.isnan(integrating["over_deadband"])
+    assert all(math.isnan(plain[name]) for name in OF_INTEGRATING)
+
+
+def test_a_gain_against_the_action_of_the_controller_speaks_against_the_valve():
+    reverse = make_controller()._replace(action=-1.0)
+    found = compute_features(FeatureInput(make_identification(), reverse, *_rest()[1:]))
+    assert found["stem_gain"] == pytest.approx(-math.asinh(9.0))
 
 
 def test_ratios_are_limited():

@@ -128,8 +128,6 @@ FEATURES: tuple[Feature, ...] = (
             "-", 1, _of_process(_evidence("deadband"), integrating=True)),
     Feature("band_to_swing", "stiction band relative to the OP swing", "S / 98 % range of OP", "-", 1,
             lambda found: min(found.identification.S / found.op_swing, 1.5) if found.op_swing > 0.0 else math.nan),
-    Feature("jump_ratio", "slip jump relative to the band, self-regulating process", "J / S", "-", 1,
-            _of_process(_jump_ratio, integrating=False)),
     Feature("jump_ratio_integrating", "slip jump relative to the band, integrating process", "J / S", "-", 1,
             _of_process(_jump_ratio, integrating=True)),
     Feature("stem_gain", "process gain from the sticky valve, with the sign that the controller expects",
