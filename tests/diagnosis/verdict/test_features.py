@@ -74,7 +74,7 @@ def test_features_of_the_slip_jump_belong_to_one_kind_of_process():
 
 
 def test_a_gain_against_the_action_of_the_controller_speaks_against_the_valve():
-    reverse = make_controller()replace(, action=-1.0)
+    reverse = replace(make_controller(), action=-1.0)
     found = compute_features(FeatureInput(make_identification(), reverse, *_rest()[1:]))
     assert found["stem_gain"] == pytest.approx(-math.asinh(9.0))
 
