@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from stiction.diagnosis.identification.candidates import Valve
     from stiction.diagnosis.identification.regression import Regression
 
-__all__ = ["first_grid", "search_behind_lags", "search_deadband", "search_valve"]
+__all__ = ["first_grid", "refine_valve", "search_behind_lags", "search_deadband", "search_valve"]
 
 
 def first_grid(max_S: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -34,11 +34,16 @@ def search_valve(coarse: Regression, fine: Regression, max_S: float) -> tuple[Ca
     grid = coarse.evaluate(combinations(S, ratio, rules, np.zeros(1)))
     started = coarse.evaluate(combinations(S[0.3 * max_S < S], ratio, rules, START_PLACES))
     found = pattern_search(coarse.evaluate, joined(grid, started), COARSE_STEPS, max_S)
-    found = pattern_search(fine.evaluate, fine.evaluate(found.local_minima(6, 0.02, 0.1)), FINE_STEPS[:2], max_S)
+    return pattern_search(fine.evaluate, fine.evaluate(found.local_minima(6, 0.02, 0.1)), FINE_STEPS[:2], max_S), grid
+
+
+def refine_valve(finest: Regression, found: Candidates, max_S: float) -> Candidates:
+    """Refine S, J / S and the start of the best candidates, on the record in blocks that are as short as is useful."""
+    found = finest.evaluate(found.local_minima(8, 0.02, 0.1))
     best = found.best
     S = np.minimum(best.S * np.exp(DENSE_STEP * np.arange(-6.0, 25.0)), max_S)
-    dense = combinations(S, np.array([0.2, 0.5, 0.9]), np.array([best.rests]), np.zeros(1))
-    return pattern_search(fine.evaluate, joined(found, fine.evaluate(dense)), FINE_STEPS[2:], max_S), grid
+    dense = combinations(S, np.array([0.25, 0.7]), np.array([best.rests]), np.zeros(1))
+    return pattern_search(finest.evaluate, joined(found, finest.evaluate(dense)), SHARP_STEPS, max_S)
 
 
 START_PLACES = 0.6 * np.array([-1.0, 1.0])
@@ -49,6 +54,8 @@ DENSE_STEP = 0.005
 """Step in ln S of the values that are all tried about the best valve [-]: with little noise, S is as sharp as that."""
 FINE_STEPS = ((0.02, 0.08, 0.2, 4), (0.008, 0.04, 0.1, 4), (0.004, 0.02, 0.05, 3), (0.0015, 0.008, 0.03, 2))
 """The same on the fine signals."""
+SHARP_STEPS = ((0.004, 0.12, 0.1, 4), (0.003, 0.06, 0.05, 4), (0.002, 0.03, 0.05, 3), (0.001, 0.012, 0.03, 2))
+"""The same on the shortest blocks."""
 
 
 def search_deadband(fine: Regression, found: Candidates, max_S: float) -> float:
