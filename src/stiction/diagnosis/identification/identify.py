@@ -136,7 +136,7 @@ def identify_valve(
     search = search_record(op, pv, None if period is None else period / dt, gaps)
     signals, regression, valve = search.signals, search.regression, search.valve
     features = interval_features(
-        op, valve, search.likelihood_ratios["good"], regression.half_cycles.size, exact=controller.exact
+        op, valve, search.likelihood_ratios["good"], regression.half_cycles, exact=controller.exact
     )
     S, J = intervals(valve, features, float(np.ptp(signals.op)))
     stem = whole_position(op, valve)
