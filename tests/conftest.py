@@ -68,6 +68,15 @@ def postgres():
         yield running
 
 
+@pytest.fixture
+def audit_in_process():
+    """Audits do their loops in this process, which is faster; tests of the worker processes do without it."""
+    from fleet.in_process_audit import audits_in_this_process
+
+    with audits_in_this_process():
+        yield
+
+
 @pytest.fixture(scope="session")
 def root() -> Path:
     """Root of the project."""

@@ -40,7 +40,7 @@ def files(tmp_path_factory):
 
 
 @pytest.mark.parametrize("page", [page for page in PAGES if blocks(page)], ids=page_id)
-def test_blocks_of_page_run(page, files, tmp_path, monkeypatch):
+def test_blocks_of_page_run(page, files, tmp_path, monkeypatch, audit_in_process):
     """All blocks of a page in one folder and one namespace, from the first to the last; the demo plant is shortened."""
     monkeypatch.setattr("stiction.simulation.plant.simulate_plant", partial(simulate_plant, hours=1.0))
     shutil.copytree(files, tmp_path, dirs_exist_ok=True)
