@@ -1,4 +1,4 @@
-"""One thread for linear algebra and for tables in each test process; ``pytest -m quick`` reads only files with that mark."""
+"""One thread for linear algebra and tables in each test process; ``pytest -m quick`` reads only files with that mark."""
 
 from __future__ import annotations
 

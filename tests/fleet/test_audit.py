@@ -21,7 +21,6 @@ from stiction.fleet.reduced_record import cut_time, reduce_record
 from stiction.records.parquet_writer import to_parquet
 from stiction.report import write_audit_page
 
-
 pytestmark = pytest.mark.usefixtures("audit_in_process")
 
 
