@@ -1,4 +1,4 @@
-"""One thread for linear algebra and tables in each test process; ``pytest -m quick`` reads only files with that mark."""
+"""One thread for linear algebra and tables in each test process; ``pytest -m quick`` reads only marked files."""
 
 from __future__ import annotations
 
