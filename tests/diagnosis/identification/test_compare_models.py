@@ -21,9 +21,9 @@ TRUTHS = {
 
 
 def record_of(valve, noise=0.1):
-    sp = np.repeat(np.random.default_rng(0).uniform(7.0, 13.0, 60), 35)
+    sp = np.repeat(np.random.default_rng(0).uniform(7.0, 13.0, 40), 35)
     loop = st.Loop(st.PID(0.2, 10.0), valve, st.FOPDT(3.0, 10.0, 10.0), dt=1.0, noise=noise)
-    return replace(st.simulate(loop, sp, 2100.0, seed=3), mv=None)
+    return replace(st.simulate(loop, sp, 1400.0, seed=3), mv=None)
 
 
 @cache
