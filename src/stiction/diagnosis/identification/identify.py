@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.identification.alternatives import alternative_costs, good_valve_cost
+from stiction.diagnosis.identification.alternatives import alternative_costs, good_valve_cost, process_gains
 from stiction.diagnosis.identification.dead_zone import DeadZone, count_reversals
 from stiction.diagnosis.identification.intervals import interval_features, intervals, segment_estimates, trend
 from stiction.diagnosis.identification.process_fit import compared_part, fit_process, simulate_process
@@ -47,6 +47,8 @@ class ValveSearch:
     """All valves compared in it."""
     likelihood_ratios: dict[str, float]
     """Twice the log likelihood ratio of the best valve over each other explanation [-]."""
+    gains: dict[str, float]
+    """Process gain from the position of the best valve over its standard error [-], alone and beside OP."""
     dead_zone: DeadZone
     """The most likely dead zone at fixed OP."""
     surface: LikelihoodSurface
@@ -62,16 +64,15 @@ def search_record(
     samples, None without an oscillation.
     """
     signals = block_signals(op, pv, period, gaps=gaps)
-    coarse = block_signals(
-        op, pv, period, samples_per_period=16.0, min_blocks=400, max_blocks=1000, max_op_per_block=4, gaps=gaps
-    )
+    coarse = block_signals(op, pv, period, max_blocks=1000, max_op_per_block=4, gaps=gaps)
     max_S = float(np.ptp(signals.op))
     with one_thread():
         fine = _regression(signals)
-        first = fine if coarse.samples == signals.samples else _regression(coarse, 24)
+        first = fine if coarse.op.size == signals.op.size else _regression(coarse, 24)
         found, grid = search_valve(first, fine, max_S)
         sticky = fine.positions(np.array([found.best]))[0]
         costs, both, zone = alternative_costs(fine, signals.period, sticky, signals.gaps)
+        gains = process_gains(fine, sticky)
         surface = _surface(first, grid, max_S)
         own = float(found.cost.min())
         deadband = search_deadband(fine, found, max_S)
@@ -85,7 +86,7 @@ def search_record(
     reversals = count_reversals(sticky), count_reversals(signals.op, 0.25 * max_S)
     op_range = float(signals.op.min()), float(signals.op.max())
     dead_zone = DeadZone(*zone, *op_range, costs["good"] - costs["dead_zone"], *reversals)
-    return ValveSearch(signals, fine, found, ratios, dead_zone, surface)
+    return ValveSearch(signals, fine, found, ratios, gains, dead_zone, surface)
 
 
 def _regression(signals: BlockSignals, max_position_lag: int = MAX_POSITION_LAG) -> Regression:
@@ -145,6 +146,7 @@ def identify_valve(
         pv=simulated[0],
         pv_linear=simulated[1],
         likelihood_ratios=search.likelihood_ratios,
+        process_gains=search.gains,
         dead_zone=search.dead_zone,
         surface=search.surface,
         segments=segments,
