@@ -1,4 +1,4 @@
-"""One thread for linear algebra in each test process; ``pytest -m quick`` reads only files with that mark."""
+"""One thread for linear algebra and tables in each test process; ``pytest -m quick`` reads only marked files."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ if TYPE_CHECKING:
 
     import pytest
 
-for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):  # read when numpy is imported, after this file
+# Read when numpy and polars are imported, after this file.
+for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "POLARS_MAX_THREADS"):
     os.environ.setdefault(_name, "1")
 
 

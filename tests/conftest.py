@@ -6,6 +6,7 @@ import contextlib
 import io
 import os
 import tempfile
+import threading
 from pathlib import Path
 
 import numpy as np
@@ -32,18 +33,30 @@ def _give_kernels_a_cache() -> None:
 
 
 _give_kernels_a_cache()
+COMPILING = pytest.StashKey[threading.Thread]()
 
 
-def pytest_sessionstart(session: pytest.Session) -> None:
-    """Compile the kernels once, before xdist starts its workers: these then find them in the disk cache."""
-    if hasattr(session.config, "workerinput") or session.config.option.collectonly:
-        return
+def _compile_kernels() -> None:
+    """Compile the kernels of a simulated loop, and so of all valves, into the disk cache."""
     with contextlib.suppress(Exception):  # what is broken shows in the tests that need it
         import stiction as st
 
         valve = st.Kano(S=3.0, J=1.0)
         st.stroke(valve, [0.0, 3.0], dt=1.0)
         st.simulate(st.Loop(st.PID(0.2, 10.0), valve, st.FOPDT(3.0, 10.0, 10.0), dt=1.0), sp=1.0, duration=10.0)
+
+
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Compile while the processes of xdist import and collect the tests; these find the kernels in the disk cache."""
+    if getattr(session.config.option, "numprocesses", None) and not session.config.option.collectonly:
+        session.config.stash[COMPILING] = threading.Thread(target=_compile_kernels)
+        session.config.stash[COMPILING].start()
+
+
+def pytest_unconfigure(config: pytest.Config) -> None:
+    """Wait for the compiler, which must not be cut off."""
+    if compiling := config.stash.get(COMPILING, None):
+        compiling.join()
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -66,6 +79,15 @@ def postgres():
     """A PostgreSQL server for one module."""
     with open_postgres() as running:
         yield running
+
+
+@pytest.fixture
+def audit_in_process():
+    """Audits do their loops in this process, which is faster; tests of the worker processes do without it."""
+    from fleet.in_process_audit import audits_in_this_process
+
+    with audits_in_this_process():
+        yield
 
 
 @pytest.fixture(scope="session")

@@ -32,9 +32,9 @@ class Process(NamedTuple):
 
     def response(self, omega: NDArray[np.float64]) -> NDArray[np.complex128]:
         """Frequency response at angular frequencies [rad/s]."""
-        eye = np.eye(len(self.A))
-        points = [(self.C @ np.linalg.solve(1j * w * eye - self.A, self.B))[0, 0] for w in omega]
-        return np.array(points) * np.exp(-1j * omega * self.dead_time)
+        resolvents = 1j * np.asarray(omega)[:, None, None] * np.eye(len(self.A)) - self.A
+        states = np.linalg.solve(resolvents, np.broadcast_to(self.B, (len(omega), *self.B.shape)))
+        return (self.C @ states)[:, 0, 0] * np.exp(-1j * omega * self.dead_time)
 
 
 def draw_process(rng: np.random.Generator, dt: float) -> Process:

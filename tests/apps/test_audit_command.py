@@ -17,7 +17,7 @@ from fleet.small_plant import ROOT, write_plant
 from stiction.errors import RecordError
 
 
-def test_audit_writes_its_files_and_goes_on(run, folder):
+def test_audit_writes_its_files_and_goes_on(run, folder, audit_in_process):
     write_plant(folder / "plant.parquet", 6)
     done = run("audit", "plant.parquet", "--out", "audit", "--workers", "2", "--pages", "1")
     assert done.code == 1, done.err
@@ -67,7 +67,8 @@ def test_audit_writes_its_files_and_goes_on(run, folder):
         (["plant.parquet", "--out", "a", "--compare", "full"], 3, "--compare full: is no audit"),
     ],
 )
-def test_bad_input(run, folder, arguments, code, message):
+def test_bad_input(run, folder, arguments, code, message, monkeypatch):
+    monkeypatch.setattr("stiction.fleet.dask_engine.CONNECT_TIMEOUT_S", 0.5)
     write_plant(folder / "plant.parquet", 2)
     (folder / "full").mkdir()
     (folder / "full" / "letter.txt").write_text("mine")
@@ -131,7 +132,7 @@ def require_sound_rows(folder) -> None:
     assert 0 < rows[0] == rows[1]
 
 
-def test_page_that_cannot_be_written_gives_its_place_to_the_next(folder, run, monkeypatch):
+def test_page_that_cannot_be_written_gives_its_place_to_the_next(folder, run, monkeypatch, audit_in_process):
     from stiction import report
 
     write_plant(folder / "plant.parquet", 6)
@@ -149,7 +150,7 @@ def test_page_that_cannot_be_written_gives_its_place_to_the_next(folder, run, mo
     assert f"The page of {tried[0]} was not written: {tried[0]}: its source is gone." in done.err
 
 
-def test_table_has_groups_and_lists_what_was_not_judged(folder, run):
+def test_table_has_groups_and_lists_what_was_not_judged(folder, run, audit_in_process):
     write_plant(folder / "plant.parquet", 6)
     done = run(*COMMAND)
     heading = next(line for line in done.out.splitlines() if line.startswith("Loop "))
@@ -157,7 +158,7 @@ def test_table_has_groups_and_lists_what_was_not_judged(folder, run):
     assert "Not judged: U0/FIC-004 (manual)" in done.out
 
 
-def test_demo_plant(run, folder):
+def test_demo_plant(run, folder, audit_in_process):
     done = run("demo", "--plant", "--json")
     found = json.loads(done.out)
     assert len(found["loops"]) == 56

@@ -145,6 +145,8 @@ def bib_keys() -> list[str]:
 def cited(page: Path) -> set[str]:
     """Keys named under References, between backticks, or as the source of a piece of evidence."""
     text = page.read_text(encoding="utf-8")
+    if not KEY.search(text):
+        return set()
     docs = [ast.get_docstring(node) for node in ast.walk(ast.parse(text)) if isinstance(node, WITH_DOC)]
     named = re.findall(r"source=\"([a-z_]+\d{4}[a-z]?)\"|`([a-z][a-z_]+\d{4}[a-z]?)`", text)
     return {key for doc in docs for key in KEY.findall(sections(doc).get("References", ""))} | {

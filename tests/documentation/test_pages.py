@@ -9,14 +9,12 @@ import re
 import shlex
 import shutil
 import subprocess
-from functools import partial
 from typing import TYPE_CHECKING
 
 import pytest
 
-from documentation.page_blocks import GENERATED, ROOT, Block, blocks, pages, write_example_files
+from documentation.page_blocks import GENERATED, ROOT, Block, blocks, pages, simulate_one_unit, write_example_files
 from stiction.apps.cli import main
-from stiction.simulation.plant import simulate_plant
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -40,9 +38,9 @@ def files(tmp_path_factory):
 
 
 @pytest.mark.parametrize("page", [page for page in PAGES if blocks(page)], ids=page_id)
-def test_blocks_of_page_run(page, files, tmp_path, monkeypatch):
-    """All blocks of a page in one folder and one namespace, from the first to the last; the demo plant is shortened."""
-    monkeypatch.setattr("stiction.simulation.plant.simulate_plant", partial(simulate_plant, hours=1.0))
+def test_blocks_of_page_run(page, files, tmp_path, monkeypatch, audit_in_process):
+    """All blocks of a page in one folder and one namespace, from the first to the last; the demo plant is small."""
+    monkeypatch.setattr("stiction.simulation.plant.simulate_plant", simulate_one_unit)
     shutil.copytree(files, tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
     namespace: dict[str, object] = {"__name__": "__main__"}

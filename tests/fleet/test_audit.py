@@ -21,6 +21,8 @@ from stiction.fleet.reduced_record import cut_time, reduce_record
 from stiction.records.parquet_writer import to_parquet
 from stiction.report import write_audit_page
 
+pytestmark = pytest.mark.usefixtures("audit_in_process")
+
 
 @pytest.fixture(scope="module")
 def plant(tmp_path_factory):
@@ -29,6 +31,7 @@ def plant(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def found(plant, tmp_path_factory):
+    """The audit of two worker processes, which the audits in this process must equal."""
     return st.audit(plant, tmp_path_factory.mktemp("audit") / "audit", workers=2)
 
 
@@ -274,15 +277,6 @@ def test_cascade_and_connections_reach_the_ranking_of_sources(tmp_path):
     parts = {root["tag"]: {one["name"]: one["value"] for one in root["parts"]} for root in group["roots"]}
     assert {tag: part["cascade"] for tag, part in parts.items()} == {"FIC-1": 1.0, "TIC-1": -1.0, "LIC-9": 0.0}
     assert {tag: part["reach"] for tag, part in parts.items()} == {"FIC-1": 0.5, "TIC-1": 0.0, "LIC-9": 0.0}
-
-
-def test_time_limit_is_a_row(tmp_path):
-    source = write_plant(tmp_path / "plant.parquet", 2)
-    found = st.audit(source, tmp_path / "audit", workers=1, time_limit=0.001)
-    assert [row["status"] for row in found.rows] == ["timeout", "timeout"]
-    assert "time_limit" in found.rows[0]["reason"]
-    again = st.audit(source, tmp_path / "audit", workers=1, retry=True)
-    assert [row["status"] for row in again.rows] == ["diagnosed", "diagnosed"]
 
 
 def test_pattern_map_and_places(plant, tmp_path):

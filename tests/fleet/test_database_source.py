@@ -50,7 +50,7 @@ def test_each_loop_is_read_alone(database):
         assert found.op == pytest.approx(record.op)
 
 
-def test_audit_of_a_table_goes_on_after_new_rows(database, tmp_path):
+def test_audit_of_a_table_goes_on_after_new_rows(database, tmp_path, audit_in_process):
     until = "2026-03-02T00:03:00"
     found = st.audit(database, tmp_path / "audit", workers=1, loops="FIC-00[0-2]", until=until, reading=LONG)
     assert [row["samples"] for row in found.rows] == [180] * 3

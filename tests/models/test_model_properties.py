@@ -70,6 +70,10 @@ def found(cases, wanted, tries=20_000):
     return True
 
 
+def test_every_model_with_numbers_alone_is_drawn():
+    assert set(VALVES) == set(VALVE_PROPERTIES) - {"PhysicalValve"}
+
+
 def test_both_ways_are_tested():
     assert len(AFFIRMED) > len(DENIED) > 5
 

@@ -56,12 +56,13 @@ def parse_valve(spec: str | Mapping[str, Any]) -> Valve:
     (3.0, 1.0)
     """
     from stiction import models
+    from stiction.models.model_properties import VALVE_PROPERTIES
     from stiction.models.parameter_sets import PUBLISHED_VALVES
     from stiction.models.positioner import Positioner
 
-    classes = ("Ideal", "Stenman", "Kano", "Choudhury", "He", "HeWang", "Srinivasan")
-    makers: dict[str, Callable[..., Any]] = {name.lower(): getattr(models, name) for name in classes}
-    makers["physical"] = models.PhysicalValve
+    makers: dict[str, Callable[..., Any]] = {
+        name.lower().removesuffix("valve"): getattr(models, name) for name in VALVE_PROPERTIES
+    }
     name, given = split_spec("valve", spec)
     parts = {key.partition(".")[2]: given.pop(key) for key in list(given) if key.startswith("positioner.")}
     parts |= given.pop("positioner", {})

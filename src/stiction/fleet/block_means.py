@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.oscillation import control_error, filled
 from stiction.errors import RecordError, require_count
 from stiction.records.record import require_record
 
@@ -138,6 +137,8 @@ def make_block_means(record: LoopRecord, clock: Clock) -> BlockMeans:
     >>> make_block_means(record, common_clock([record], max_blocks=8)).op.tolist()
     [0.5, 2.5, 4.5, 6.5, 8.5, 10.5, 12.5, 14.5]
     """
+    from stiction.diagnosis.oscillation import control_error, filled
+
     require_record(record)
     first = _offset(record, clock.start)
     error, op = control_error(record), filled(record.op)

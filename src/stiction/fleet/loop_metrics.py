@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.loop_state import find_saturated
 from stiction.display.json_form import Result
 from stiction.errors import ParameterError, require_finite, require_not_negative, require_positive
 from stiction.records.gaps import interpolate_gaps
@@ -176,6 +175,8 @@ def compute_priority(severity: float, confidence: float, importance: float = 1.0
 
 def _at_limit(record: LoopRecord) -> NDArray[np.bool_]:
     """Where OP rests at a limit in automatic."""
+    from stiction.diagnosis.loop_state import find_saturated
+
     mask = find_saturation(record.op, auto=record.auto)
     if record.op_in_percent:
         at_limit = find_saturated(record.op)

@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.oscillation.rhythm import octave
-
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -96,6 +94,8 @@ def _candidates(
 
     Octave by octave; the samples are halved where the shortest period of the octave is longer than `MAX_BLOCKS`.
     """
+    from stiction.diagnosis.oscillation.rhythm import octave
+
     rows = []
     middle = FIRST_OCTAVE
     while 0.6 * middle * dt < high and 0.6 * middle <= x.size / MIN_PERIODS:

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.detection.nonlinearity import nonlinearity_index
 from stiction.fleet.loop_oscillations import complex_envelope, signal_at
 
 if TYPE_CHECKING:
@@ -86,6 +85,8 @@ def nonlinearity_of(x: NDArray[np.floating], blocks_per_period: float, *, per_pe
     >>> nonlinearity_of(np.sin(2 * np.pi * t / 40) + 0.3 * rng.standard_normal(2000), 40.0) < 1.0
     True
     """
+    from stiction.diagnosis.detection.nonlinearity import nonlinearity_index
+
     width = max(1, int(blocks_per_period / per_period))
     samples = max(4, round(blocks_per_period / width))
     n = min(x.size // width, 320 + 3 * samples)

@@ -7,10 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stiction.diagnosis.verdict.decision import Costs
 from stiction.errors import ParameterError, RecordError, Setting, require_positive
 from stiction.fleet.audit import Audit, read_audit
-from stiction.fleet.audit_run import AuditRun, RunOptions
 from stiction.fleet.find_loops import choose_loops, list_loop_places
 from stiction.fleet.folder import check_folder, lock_folder, options_digest, process_name, write_settings
 from stiction.fleet.ledger import FORMAT_VERSION, Ledger, sqlite_url
@@ -128,6 +126,9 @@ def audit(
     ...     [(row["verdict"], round(row["period_s"], -1)) for row in found.rows]
     [('stiction', 140.0)]
     """
+    from stiction.diagnosis.verdict.decision import Costs
+    from stiction.fleet.audit_run import AuditRun, RunOptions
+
     sources = [os.fspath(source)] if isinstance(source, (str, os.PathLike)) else [os.fspath(one) for one in source]
     if not sources:
         raise ParameterError("source is empty; name files, folders, patterns or database URLs.")

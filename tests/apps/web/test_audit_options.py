@@ -9,6 +9,7 @@ import pytest
 
 import stiction as st
 from apps.conftest import sticky
+from fleet.in_process_audit import audits_in_this_process
 from stiction.apps.web.audit_loop import prepare_audit_loop, write_audit_record
 from stiction.apps.web.audit_process import main as go_on
 from stiction.apps.web.loop_files import write_loop_report
@@ -25,7 +26,8 @@ def audit_folder(tmp_path_factory) -> Path:
     to_parquet([sticky(), sticky(tag="FIC-102")], folder / "plant.parquet")
     (folder / "links.csv").write_text("from,to\nFIC-101,FIC-102\n")
     options = {"prior": PRIOR, "costs": COSTS, "connections": folder / "links.csv"}
-    found = st.audit(folder / "plant.parquet", folder / "audit", workers=1, **options)
+    with audits_in_this_process():
+        found = st.audit(folder / "plant.parquet", folder / "audit", workers=1, **options)
     assert [row["verdict"] for row in found.rows] == ["no_stiction", "no_stiction"]
     assert st.diagnose(sticky()).verdict == "stiction"
     return folder / "audit"

@@ -13,6 +13,7 @@ from stiction.apps.web.packed import pack
 from stiction.apps.web.textbook import compute_paper_part, draw_nyquist, drive_by_sine, simulate_jump, simulate_ramps
 from stiction.apps.web.textbook_quantities import TEXTBOOK_QUANTITIES, TextbookSettings
 from stiction.errors import ParameterError
+from stiction.limitcycle import predict_limit_cycles
 
 STEP = 20.0 / 800
 
@@ -72,12 +73,19 @@ def test_the_nyquist_plot_of_the_example_has_the_cycles_of_the_paper() -> None:
     assert {"L(jω)", "-1/N(A), family half", "stable cycle", "boundary"} <= set(names)
 
 
-def test_a_loop_without_a_cycle_is_drawn_and_explained() -> None:
+def test_a_loop_without_a_cycle_is_drawn_and_explained(monkeypatch) -> None:
+    asked = []
+
+    def predict(loop):
+        asked.append((repr(loop), predict_limit_cycles(loop)))
+        return asked[-1][1]
+
+    monkeypatch.setattr("stiction.limitcycle.predict_limit_cycles", predict)
     answer = draw_nyquist(TextbookSettings(model="kano", S=1.0, J=0.0, gain_factor=0.05))
     loop = st.Loop(
         st.PID.parallel(0.5, 1.0, 0.1), st.Kano(1.0, 0.0), st.TransferFunction([0.05], [5.0, 6.0, 1.0]), dt=0.01
     )
-    assert st.predict_limit_cycles(loop) == ()
+    assert asked == [(repr(loop), ())]
     assert answer["sentence"].startswith("No limit cycle")
     assert answer["figure"]["panels"][0]["series"][0]["name"] == "L(jω)"
 

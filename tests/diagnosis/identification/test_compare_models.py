@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -20,14 +21,19 @@ TRUTHS = {
 
 
 def record_of(valve, noise=0.1):
-    sp = np.repeat(np.random.default_rng(0).uniform(7.0, 13.0, 60), 35)
+    sp = np.repeat(np.random.default_rng(0).uniform(7.0, 13.0, 40), 35)
     loop = st.Loop(st.PID(0.2, 10.0), valve, st.FOPDT(3.0, 10.0, 10.0), dt=1.0, noise=noise)
-    return replace(st.simulate(loop, sp, 2100.0, seed=3), mv=None)
+    return replace(st.simulate(loop, sp, 1400.0, seed=3), mv=None)
+
+
+@cache
+def compared(model):
+    return st.compare_models(record_of(TRUTHS[model]), period=130.0)
 
 
 @pytest.mark.parametrize("model", TRUTHS)
 def test_the_record_supports_the_model_that_made_it(model):
-    found = st.compare_models(record_of(TRUTHS[model]), period=130.0)
+    found = compared(model)
     assert (found.best, found.decided) == (model, True), found.summary()
     assert found.compared == "pv"
     shares = {one.model: one for one in found.models}
@@ -39,7 +45,7 @@ def test_the_record_supports_the_model_that_made_it(model):
 
 
 def test_the_parameters_are_those_of_the_valve():
-    found = {one.model: one.parameters for one in st.compare_models(record_of(st.Kano(3.0, 1.0)), period=130.0).models}
+    found = {one.model: one.parameters for one in compared("kano").models}
     assert found["kano"] == pytest.approx({"S": 3.0, "J": 1.0}, rel=0.05)
     assert found["three_parameter"]["sb"] == pytest.approx(2.0, rel=0.05)
     assert found["good"] == {}

@@ -133,8 +133,8 @@ def compare_models(record: LoopRecord, *, period: float | None = None, enough: f
     >>> import numpy as np
     >>> import stiction as st
     >>> loop = st.Loop(st.PID(0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0, noise=0.1)
-    >>> sp = np.repeat(np.random.default_rng(0).uniform(7.0, 13.0, 60), 35)
-    >>> st.compare_models(replace(st.simulate(loop, sp, 2100.0), mv=None), period=130.0).best
+    >>> sp = np.repeat(np.random.default_rng(0).uniform(7.0, 13.0, 40), 35)
+    >>> st.compare_models(replace(st.simulate(loop, sp, 1400.0), mv=None), period=130.0).best
     'kano'
     """
     prepared = prepare_record(record, period)

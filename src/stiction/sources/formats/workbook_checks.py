@@ -25,14 +25,16 @@ import sys
 from python_calamine import CalamineWorkbook
 try:
     import resource
-    resource.setrlimit(resource.RLIMIT_AS, (4 << 30, 4 << 30))
+    resource.setrlimit(resource.RLIMIT_AS, (int(sys.argv[2]),) * 2)
 except ImportError:
     pass
 book = CalamineWorkbook.from_filelike(open(sys.argv[1], "rb"))
 for name in book.sheet_names:
     book.get_sheet_by_name(name)
 """
-"""Program that opens all sheets of a workbook with at most 4 GB of memory."""
+"""Program that opens all sheets of a workbook with limited memory."""
+MAX_TRIAL_BYTES = 4 << 30
+"""Memory that it may take [bytes]."""
 TRIAL_SECONDS = 60
 MAX_COLUMNS = 16_384
 MAX_COLUMNS_XLS = 256
@@ -68,9 +70,8 @@ def require_size(source: ByteSource) -> None:
 def require_survivable(source: ByteSource) -> None:
     """Open a workbook in another process first: on some damaged ones calamine ends the process for lack of memory."""
     try:
-        trial = subprocess.run(
-            [sys.executable, "-c", TRIAL, source.path], capture_output=True, check=False, timeout=TRIAL_SECONDS
-        )
+        command = [sys.executable, "-c", TRIAL, source.path, str(MAX_TRIAL_BYTES)]
+        trial = subprocess.run(command, capture_output=True, check=False, timeout=TRIAL_SECONDS)
         killed = trial.returncode < 0
     except subprocess.TimeoutExpired:
         killed = True
