@@ -39,10 +39,10 @@ def test_audit_writes_its_files_and_goes_on(run, folder):
 @pytest.mark.parametrize(
     ("arguments", "code", "message"),
     [
-        (["plant.parquet"], 2, "no folder for the results was named; give one with --out FOLDER"),
+        (["plant.parquet"], 2, "no folder for the results was given; give one with --out FOLDER"),
         (["none.csv", "--out", "a"], 3, "none.csv: no such file"),
         (["plant.parquet", "--out", "a", "--budget", "soon"], 2, "--budget = 'soon' is no time"),
-        (["plant.parquet", "--out", "a", "--prior", "2"], 2, "--prior = 2 is no share"),
+        (["plant.parquet", "--out", "a", "--prior", "2"], 2, "--prior = 2 is not a probability"),
         (["plant.parquet", "--out", "a", "--costs", "1", "-1", "0"], 2, "missed = -1"),
         (["plant.parquet", "--out", "a", "--time-limit", "-1"], 2, "time_limit = -1 s is not positive"),
         (["plant.parquet", "--out", "a", "--loops", "XYZ"], 2, "--loops = 'XYZ' matches none of the 2 loops"),
@@ -56,7 +56,7 @@ def test_audit_writes_its_files_and_goes_on(run, folder):
             3,
             "u:***@127.0.0.1:9/x",
         ),
-        (["plant.parquet", "--out", "a", "--ledger", "nonsense"], 2, "--ledger = 'nonsense' is no database URL"),
+        (["plant.parquet", "--out", "a", "--ledger", "nonsense"], 2, "--ledger = 'nonsense' is not a database URL"),
         (["-", "--out", "a"], 3, "cannot read the standard input"),
         (["plant.parquet", "--out", "a", "--since", "last"], 2, "--since = 'last' needs a finished audit"),
         (

@@ -82,7 +82,7 @@ def test_what_if_in_words_and_from_a_file(run, folder):
     done = run("compensate", "--loop", "loop.toml", "--seeds", "1", "--structured-text", "k.st")
     assert done.code == 1
     assert "FV-9: Until the shutdown: " in done.out
-    assert "The loop was given" in done.out
+    assert "The loop was not identified from a record" in done.out
     block = FunctionBlock((folder / "k.st").read_text())
     assert block.name.startswith("FV_9_")
 
@@ -131,7 +131,7 @@ def test_a_file_of_another_is_left_alone(option, run, folder, sticky_file):
     (folder / "mine.txt").write_text("(* my own block, see # Work order: control valve of FIC-7 *)")
     done = run("compensate", sticky_file, option, "mine.txt")
     assert done.code == 3
-    assert f"mine.txt was not written by stiction and is left alone; name another file with {option}" in done.err
+    assert f"mine.txt was not written by stiction and is not replaced; give another name with {option}" in done.err
     assert (folder / "mine.txt").read_text().startswith("(* my own block")
 
 

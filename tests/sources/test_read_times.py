@@ -248,7 +248,7 @@ def test_rounded_stamps_that_tell_no_period_are_refused_and_dt_cures_it(signals,
     moments = np.cumsum(np.random.default_rng(2).uniform(5, 40, len(pv)))
     cells = [(START + timedelta(seconds=s)).strftime("%Y-%m-%d %H:%M") for s in moments]
     text = table("Time,PV,OP", cells, pv, op)
-    with pytest.raises(RecordError, match=r"of 120 rows have the time stamp .* are rounded; .* dt in seconds"):
+    with pytest.raises(RecordError, match=r"of 120 rows have the same time stamp .* are rounded; .* dt in seconds"):
         read_text(text)
     [record] = read_text(text, dt=20.0)
     assert (record.dt, record.start) == (20.0, START)
@@ -378,5 +378,7 @@ def test_a_tenth_of_the_rows_may_share_a_stamp_and_differ(shared, table, read_te
         assert len(record) == 180
         assert any("20 rows with the time stamp of the next" in guess for guess in record.provenance.assumptions)
     else:
-        with pytest.raises(RecordError, match="21 of 200 rows have the time stamp of the next and other values"):
+        with pytest.raises(
+            RecordError, match="21 of 200 rows have the same time stamp as the next row but other values"
+        ):
             read_text(text)

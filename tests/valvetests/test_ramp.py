@@ -190,7 +190,7 @@ def test_what_is_counted_is_whole(wrong):
 @pytest.mark.parametrize(
     ("words", "arguments"),
     [
-        ("not a range", {"low": 15.0, "high": 5.0, "threshold": 0.01}),
+        ("not an increasing range", {"low": 15.0, "high": 5.0, "threshold": 0.01}),
         ("either threshold", {"low": 5.0, "high": 15.0}),
         ("not positive", {"low": 5.0, "high": 15.0, "rates": [-0.1]}),
         ("fewer than 20 samples", {"low": 5.0, "high": 15.0, "rates": [2.0]}),

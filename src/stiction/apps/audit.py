@@ -82,7 +82,7 @@ def audit(
 
     reject_misplaced_options(sources, audit)
     if out is None:
-        raise ParameterError("no folder for the results was named; give one with --out FOLDER.")
+        raise ParameterError("no folder for the results was given; give one with --out FOLDER.")
     if pages < 0:
         raise ParameterError(f"--pages {pages} is negative; give 0 or more.")
     other = None if compare is None else _open(compare, None, "--compare ")
@@ -148,7 +148,7 @@ def _check_pages(pages: tuple[str, ...], tags: list[str]) -> None:
         if tag not in tags:
             close = difflib.get_close_matches(tag, tags, 1) or tags[:1]
             raise ParameterError(
-                f"--page {tag}: no loop has this tag; give one of the {len(tags)} tags, as {close[0]}."
+                f"--page {tag}: no loop has this tag; give one of the {len(tags)} tags, for example {close[0]}."
             )
 
 

@@ -41,7 +41,7 @@ def benchmark(folder: str = ".", /, *, as_json: JsonOption = False) -> int:
     results = [_diagnose_record(label) for label in track(labels, "Diagnosing")]
     seconds = (time.perf_counter() - began) / len(results)
     if all(result["error"] for result in results):
-        raise RecordError(f"{folder}: no record could be used; the first says: {results[0]['reason']}")
+        raise RecordError(f"{folder}: no record could be used; the first error is: {results[0]['reason']}")
     groups = score_groups(results)
     bins = reliability(results)
     error = calibration_error(bins)
@@ -73,7 +73,7 @@ def _diagnose_record(label: Any) -> dict[str, Any]:
     try:
         records = read(label.path, dt=label.dt, loop_type=label.loop_type)
         if len(records) != 1:
-            raise RecordError(f"holds {len(records)} loops; a record to be judged holds one.")
+            raise RecordError(f"contains {len(records)} loops; give a file with one loop.")
         found = diagnose(replace(records[0], tag=label.loop, integrating=label.integrating))
     except Exception as error:
         reason = str(error)

@@ -51,7 +51,7 @@ def read_labels(folder: str) -> list[Label]:
     except FileNotFoundError:
         raise RecordError(f"{folder}: has no labels.csv; give a folder with one (columns file, label, ...).") from None
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise RecordError(f"{place}: cannot be read ({error}).") from None
+        raise RecordError(f"{place}: cannot be read ({error}); save it as CSV in UTF-8.") from None
     if not rows:
         raise RecordError(f"{place}: has no rows; give one for each record.")
     for column in ("file", "label"):
@@ -61,7 +61,9 @@ def read_labels(folder: str) -> list[Label]:
     verdicts: dict[str, str] = {}
     for label in labels:
         if verdicts.setdefault(label.group, label.label) != label.label:
-            raise RecordError(f"{place}: group {label.group} has both labels; a group has one.")
+            raise RecordError(
+                f"{place}: records of group {label.group} have different labels; give all of them one label."
+            )
     return labels
 
 
@@ -87,7 +89,7 @@ def _label(place: Path, number: int, row: dict[str, str | None]) -> Label:
     try:
         dt = float(cell("dt_s")) if cell("dt_s") else None
     except ValueError:
-        raise RecordError(f'{where}: dt_s "{cell("dt_s")}" is no number; give seconds.') from None
+        raise RecordError(f'{where}: dt_s "{cell("dt_s")}" is not a number; give seconds.') from None
     loop = cell("loop") or path.stem
     known = integrating == "true" if integrating else None
     return Label(path, cell("file"), loop, cell("group") or loop, cell("label"), loop_type, known, dt)

@@ -54,7 +54,7 @@ def refusal_reason(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == "no_stiction":
         return f"No stiction was found, so there is nothing to compensate. {diagnosis.action}"
     if diagnosis.identification is None:
-        return "Valve and process were not identified, so there is no twin to try a remedy on."
+        return "Valve and process were not identified, so no remedy can be simulated."
     return ""
 
 

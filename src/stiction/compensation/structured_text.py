@@ -103,7 +103,8 @@ def structured_text(
     page = type(compensator).__module__.rpartition(".")[2]
     if f"{page}.st" not in templates().list_templates():
         raise ParameterError(
-            f"The compensator {type(compensator).__name__} has no structured text; give one that stiction contains."
+            f"The compensator {type(compensator).__name__} has no structured text; give a compensator of stiction, "
+            "such as Knocker."
         )
     template = templates().get_template(f"{page}.st")
     given = {**_settings(compensator, page, dt), "op_low": low, "op_high": high, "name": block_name(tag, page)}

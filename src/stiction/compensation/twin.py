@@ -147,7 +147,7 @@ def twin_of_loop(loop: Loop, *, sp: float = 50.0, op: float = 50.0) -> Twin:
         The loop with its limit cycle.
     """
     cycle, _, _ = simulate_cycle(loop, sp, op, undisturbed_period(loop, sp, op))
-    reason = "The loop was given, so there is no record to compare it with."
+    reason = "The loop was not identified from a record, so there is no record to compare it with."
     return Twin(loop, sp, op, cycle, cycle, 1.0, True, reason)
 
 
@@ -174,7 +174,7 @@ def build_twin(diagnosis: Diagnosis, controller: PID | None = None) -> Twin:
     """
     found, tag = diagnosis.identification, diagnosis.record.tag
     if found is None:
-        raise RecordError("valve and process were not identified, so there is no twin of the loop.", where=tag)
+        raise RecordError("valve and process were not identified, so the loop cannot be simulated.", where=tag)
     record = analysed_segment(diagnosis)
     assert record.pv is not None
     scale = _time_scale(record, diagnosis)
@@ -189,7 +189,7 @@ def build_twin(diagnosis: Diagnosis, controller: PID | None = None) -> Twin:
     measured = measure_cycle(replace(record, pv=pv, sp=None if record.sp is None else sp), scale)
     changes = _describe_changes(found, better)
     if not measured.period > 0.0:
-        raise RecordError("OP does not oscillate, so a twin cannot be compared with the record.", where=tag)
+        raise RecordError("OP does not oscillate, so a simulation cannot be compared with the record.", where=tag)
     cycle, spread, run = simulate_cycle(loop, level, op, scale, inputs)
     fits, reason = _compare_cycles(measured, cycle, spread)
     if better.error > MAX_UNEXPLAINED_SHARE:

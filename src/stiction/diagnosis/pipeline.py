@@ -116,7 +116,9 @@ def _check(record: LoopRecord, prior: float) -> None:
     if record.pv is None:
         raise RecordError(f"{record.tag} has no PV; a diagnosis needs OP and PV. {missing_pv_hint(record)}")
     if not 0.0 < prior < 1.0:
-        raise ParameterError(f"prior = {prior:g} is no share of sticky valves; give a number between 0 and 1, as 0.25.")
+        raise ParameterError(
+            f"prior = {prior:g} is not a probability; give the share of sticky valves between 0 and 1, such as 0.25."
+        )
 
 
 EXCLUDED_STATES = ("manual", "not_in_command", "shut_in", "valve_not_responding", "pv_frozen", "bad_data")

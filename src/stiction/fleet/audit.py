@@ -224,7 +224,7 @@ def open_audit(folder: str | os.PathLike[str], *, ledger: str | None = None) -> 
     >>> open_audit("no-such-folder")
     Traceback (most recent call last):
     ...
-    stiction.errors.RecordError: no-such-folder: is no audit (it has no audit.toml); make one with `stiction audit`.
+    stiction.errors.RecordError: no-such-folder: is not an audit (it has no audit.toml); make one with `stiction audit`.
     """
     folder = Path(folder)
     settings = read_settings(folder)
@@ -234,7 +234,7 @@ def open_audit(folder: str | os.PathLike[str], *, ledger: str | None = None) -> 
         ledger = os.environ.get("STICTION_LEDGER")
         if ledger is None:
             raise RecordError(
-                f"{folder}: its ledger is {settings['ledger']}",
+                f"{folder}: its results are in the database {settings['ledger']}",
                 remedy=("give its URL with ", Setting("ledger"), " or in the environment variable STICTION_LEDGER"),
             )
     database = Ledger(ledger or sqlite_url(folder / "ledger.sqlite"))

@@ -152,7 +152,9 @@ def append_label(
             file.flush()
             os.fsync(file.fileno())
     except OSError as error:
-        raise RecordError(f"{path}: cannot be written ({error.strerror or error}); check rights and space.") from None
+        raise RecordError(
+            f"{path}: cannot be written ({error.strerror or error}); check the access rights and the free space."
+        ) from None
     return row
 
 

@@ -124,7 +124,9 @@ class Ledger:
                 from stiction.sources.database_url import show_url
 
                 who = holder or "another process"
-                raise RecordError(f"{show_url(self.url)}: an audit is at work in it ({who}); wait for its end.")
+                raise RecordError(
+                    f"{show_url(self.url)}: an audit is writing to this database ({who}); wait until it ends."
+                )
             yield
         finally:
             with suppress(exc.SQLAlchemyError):
@@ -290,7 +292,7 @@ def _make_engine(url: str) -> Engine:
         return engine
     if not is_database_url(url):
         raise ParameterError(
-            Setting("ledger"), f" = {url!r} is no database URL",
+            Setting("ledger"), f" = {url!r} is not a database URL",
             remedy="give postgresql+psycopg://USER:PASSWORD@HOST/NAME",
         )  # fmt: skip
     return make_engine(url)

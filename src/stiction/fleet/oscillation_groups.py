@@ -137,7 +137,9 @@ def _to_block_means(loops: Sequence[LoopRecord | BlockMeans], max_blocks: int) -
     else:
         means = [one for one in loops if isinstance(one, BlockMeans)]
         if any(one.clock != means[0].clock for one in means):
-            raise ParameterError("loops holds block means on different clocks; make them with one common_clock.")
+            raise ParameterError(
+                "loops contains block means with different clocks; compute all of them with one common_clock."
+            )
     tags = [one.tag for one in means]
     if len(set(tags)) < len(tags):
         double = next(tag for tag in tags if tags.count(tag) > 1)

@@ -34,7 +34,9 @@ class LoopVerdict:
     def __post_init__(self) -> None:
         for name in ("stiction", "tuning"):
             if not 0.0 <= getattr(self, name) <= 1.0:
-                raise ParameterError(f"{name} = {getattr(self, name)!r} is no probability; give a value from 0 to 1.")
+                raise ParameterError(
+                    f"{name} = {getattr(self, name)!r} is not a probability; give a value from 0 to 1."
+                )
 
     @property
     def log_odds(self) -> float:

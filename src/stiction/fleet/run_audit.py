@@ -130,7 +130,7 @@ def audit(
     """
     sources = [os.fspath(source)] if isinstance(source, (str, os.PathLike)) else [os.fspath(one) for one in source]
     if not sources:
-        raise ParameterError("source is empty; name files, folders, patterns or database URLs.")
+        raise ParameterError("source is empty; give files, folders, patterns or database URLs.")
     options = dict(reading or {}) | ({"map": os.fspath(map)} if map is not None else {})
     links = read_connections(connections) if connections is not None else []
     chosen = RunOptions(
@@ -143,8 +143,8 @@ def audit(
     require_positive("time_limit", time_limit, "s")
     if not 0.0 < prior < 1.0:
         raise ParameterError(
-            Setting("prior"), f" = {prior:g} is no share of sticky valves",
-            remedy="give a number between 0 and 1, as 0.25",
+            Setting("prior"), f" = {prior:g} is not a probability",
+            remedy="give the share of sticky valves between 0 and 1, such as 0.25",
         )  # fmt: skip
     folder = Path(out)
     check_folder(folder)
@@ -161,7 +161,7 @@ def audit(
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise RecordError(f"{folder}: cannot be made ({error.strerror}); name another folder.") from None
+        raise RecordError(f"{folder}: cannot be created ({error.strerror}); give another folder.") from None
     with lock_folder(folder):
         database = Ledger(ledger or sqlite_url(folder / "ledger.sqlite"))
         try:

@@ -55,7 +55,9 @@ def write_signals(folder: Path, means: Mapping[int, BlockMeans], key: tuple[str,
         os.replace(part, target)
     except (OSError, pl.exceptions.PolarsError) as error:
         reason = getattr(error, "strerror", None) or error
-        raise RecordError(f"{folder}: block means cannot be written ({reason}); check rights and free space.") from None
+        raise RecordError(
+            f"{folder}: block means cannot be written ({reason}); check the access rights and the free space."
+        ) from None
     finally:
         part.unlink(missing_ok=True)
     return target.name

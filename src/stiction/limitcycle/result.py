@@ -72,7 +72,7 @@ class LimitCycle:
     def trust(self) -> str:
         """Reliability of the describing function for this cycle, in words."""
         if self.kind == "boundary":
-            return "Where N jumps: it separates the cycles below and above and is no oscillation itself."
+            return "Where N jumps: it separates the cycles below and above, and is not an oscillation."
         if self.method != "describing function":
             return self.warning or "Exact."
         if self.exact is None:

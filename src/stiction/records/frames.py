@@ -70,7 +70,7 @@ def to_frame(records: Any, native: str = "pandas") -> Any:
             return frame.to_arrow()
         result = _to_pandas(frame)
     except ImportError:
-        raise MissingExtraError(f"{native} is not installed; pip install {native}.") from None
+        raise MissingExtraError(f"{native} is not installed; install it with: pip install {native}") from None
     result.attrs["units"] = _units(loops, names)
     if one:
         result.attrs["tag"] = loops[0].tag
@@ -108,7 +108,7 @@ def read_columns(
         if steps.size and not float(np.abs(steps - dt).max()) <= 0.01 * abs(dt):
             raise RecordError(
                 f"{tag}: the time steps of column {time!r} differ ({steps.min():g} to {steps.max():g} s); read the "
-                "frame with stiction.read, which lays an even grid."
+                "frame with stiction.read, which resamples it to an even time grid."
             )
     return {"dt": dt, "start": start, **{name: table[column].to_numpy() for name, column in columns.items()}}
 

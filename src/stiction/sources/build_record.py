@@ -135,7 +135,7 @@ class RecordBuilder:
             if self.options.dt is None:
                 used = {one.position for one in shared if one.position is not None}
                 raise missing_time_error(table, table_headings(table).names, used)
-            note = "There is no time column: dt is as given."
+            note = "There is no time column: the sampling period is the given one."
             return Grid(np.arange(len(column.cells)), self.options.dt, notes=[note])
         stamps = column.clock.stamps
         if stamps.seconds.size < MIN_ROWS:
@@ -165,7 +165,9 @@ class RecordBuilder:
         series = []
         for role, column in tags.items():
             if column.clock is None:
-                raise RecordError(f"{column.table.origin.name}: column {column_label(column)} has no time stamps.")
+                raise RecordError(
+                    f"{column.table.origin.name}: column {column_label(column)} has no time stamps; export them too."
+                )
             default = method.get(role, "last" if role == "op" else self.options.align or "last")
             series.append(TagSeries(column_label(column), column.clock.stamps, values.get(role), default))
         table = columns["op"].table

@@ -138,7 +138,9 @@ def _open_file(path: str | os.PathLike[str] | BinaryIO) -> tuple[BinaryIO, str]:
     """Open the file and give its name for messages."""
     if not isinstance(path, (str, os.PathLike)):
         if not hasattr(path, "read"):
-            raise RecordError(f"cannot read {type(path).__name__} as a record; give a file name or a binary file.")
+            raise RecordError(
+                f"cannot read an object of type {type(path).__name__}; give a file name or a binary file."
+            )
         name = getattr(path, "name", "stream")
         return path, name if isinstance(name, str) else "stream"
     text = os.fspath(path)
@@ -149,12 +151,12 @@ def _open_file(path: str | os.PathLike[str] | BinaryIO) -> tuple[BinaryIO, str]:
     try:
         return open(text, "rb"), text
     except IsADirectoryError:
-        raise RecordError(f"{text}: is a folder; name a file in it, such as {text.rstrip('/')}/*.csv.") from None
+        raise RecordError(f"{text}: is a folder; give a file in it, such as {text.rstrip('/')}/*.csv.") from None
     except FileNotFoundError:
         raise RecordError(f"{text}: no such file; check the name and the folder.") from None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
-        raise RecordError(f"{text!r}: cannot be read ({reason}); check the name and the rights.") from None
+        raise RecordError(f"{text!r}: cannot be read ({reason}); check the name and the access rights.") from None
 
 
 def _copy(file: BinaryIO, name: str, max_bytes: int, copy: BinaryIO) -> tuple[int, str]:

@@ -75,11 +75,13 @@ def make_engine(url: str) -> Engine:
         ) from None
     except ImportError as error:
         module = error.name or "the driver"
-        remedy = "pip install 'stiction[sql]'" if module == "psycopg" else f"pip install {module}"
-        raise MissingExtraError(f"{shown}: needs {module}, which is not installed; {remedy}.") from None
+        package = '"stiction[sql]"' if module == "psycopg" else module
+        raise MissingExtraError(
+            f"{shown}: needs {module}, which is not installed; install it with: pip install {package}"
+        ) from None
     except (exc.ArgumentError, ValueError, TypeError):
         raise ParameterError(
-            f"{shown}: is no database URL; write KIND+DRIVER://USER:PASSWORD@HOST:PORT/DATABASE, with special "
+            f"{shown}: is not a database URL; write KIND+DRIVER://USER:PASSWORD@HOST:PORT/DATABASE, with special "
             "characters of the password encoded (%40 for @)."
         ) from None
     file = engine.url.database
@@ -98,10 +100,11 @@ def connect(engine: Engine, url: str) -> Iterator[Connection]:
     except (exc.SQLAlchemyError, OSError, ValueError) as error:
         raise RecordError(
             f"{show_url(url)}: cannot be reached ({_reason(error, url)}); check host, port, user and password, and "
-            "that the server runs."
+            "whether "
+            "the server runs."
         ) from None
     with connection:
-        with refused_as("cannot be read", url, "check the rights of the user"):
+        with refused_as("cannot be read", url, "check the access rights of the user"):
             if engine.dialect.name == "sqlite":
                 connection.exec_driver_sql("PRAGMA query_only = ON")
             if engine.dialect.name == "postgresql":

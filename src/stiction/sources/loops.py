@@ -103,7 +103,9 @@ def find_loops(source: Any, options: ReadOptions, **database: Any) -> Loops:
         tables = read_database(source, max_bytes=options.max_bytes, **{**chosen, **database})
     elif database:
         names = ", ".join(sorted(database))
-        raise ParameterError(f"{names}: only for a database; {source!r} is no database URL such as sqlite:///plant.db.")
+        raise ParameterError(
+            f"{names} can be used only with a database, and {source!r} is not a database URL such as sqlite:///plant.db."
+        )
     elif isinstance(source, (str, os.PathLike, list, tuple)) or hasattr(source, "read"):
         files = open_files(source, options)
         if stored := _open_stored_records(files, options):

@@ -62,12 +62,13 @@ def _one_unit(loop: LoopRoles, role: str, in_cells: str) -> str:
     written, column = loop.unit_of(role), loop.roles[role]
     if written and in_cells and written.upper() != in_cells.upper():
         raise RecordError(
-            f"{column.table.origin.name}, column {column_label(column)}: is in {written} by its header and in "
-            f"{in_cells} by its numbers; correct the one that is wrong."
+            f"{column.table.origin.name}, column {column_label(column)}: its header says {written}, its numbers say "
+            f"{in_cells}; correct the one that is wrong."
         )
     if in_cells and in_cells != "%" and not column.table.header and not written:
         raise RecordError(
-            f"{column.table.origin.name}: has numbers in {in_cells} without a header; write one, to say what they are."
+            f"{column.table.origin.name}: has numbers in {in_cells} but no header; write a header that names the "
+            "signal."
         )
     return written or in_cells
 
@@ -79,11 +80,12 @@ def refuse_without_numbers(loop: LoopRoles, role: str, bad: BadValues) -> None:
     if role in bad.masks and bad.masks[role].all():
         raise EmptySignalError(
             f"{table.origin.name}: all values of {label} are flagged as bad; export good values, or leave out the "
-            "column of the flags if it is wrong."
+            "flag column if it is wrong."
         )
     cells = column.cells.drop_nulls().head(1).to_list() or [""]
     raise EmptySignalError(
-        f"{table.origin.name}, line {table.first_line}, column {label}: holds no number for {role.upper()} (it begins "
+        f"{table.origin.name}, line {table.first_line}, column {label}: contains no number for {role.upper()} (it "
+        "begins "
         f"with {str(cells[0])!r})",
         remedy=("check the column or name another one with ", Setting("columns", {role: None})),
     )

@@ -103,7 +103,7 @@ def require_range_in_span(low: float, high: float, names: tuple[str, str] = ("lo
     low, high = require_finite(names[0], low, "% of span"), require_finite(names[1], high, "% of span")
     if not 0.0 <= low < high <= 100.0:
         raise ParameterError(
-            f"{names[0]} = {low:g} % and {names[1]} = {high:g} % are not a range in the span; "
+            f"{names[0]} = {low:g} % and {names[1]} = {high:g} % are not an increasing range from 0 to 100 %; "
             f"give 0 <= {names[0]} < {names[1]} <= 100."
         )
     return low, high

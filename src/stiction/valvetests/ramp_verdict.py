@@ -55,7 +55,7 @@ def ramp_verdict(
         return "undecided", "S, deadband plus stickband, cannot be measured by this test."
     text = f"S, deadband plus stickband, is {S.text()}, limit {limit:g} %."
     if math.isfinite(S.low) and S.low <= limit <= S.high:
-        return "undecided", f"{text} The interval holds the limit."
+        return "undecided", f"{text} The limit lies within the interval."
     return ("within limit" if S.value <= limit else "beyond limit"), text
 
 

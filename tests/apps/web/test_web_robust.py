@@ -100,7 +100,7 @@ def test_the_printed_address_listens(web_assets, tmp_path):
 def test_without_the_extra_the_pip_line_is_told(monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, "starlette", None)
     assert main(["serve", "--no-open"]) == 3
-    assert "pip install 'stiction[web]'" in capsys.readouterr().err
+    assert 'pip install "stiction[web]"' in capsys.readouterr().err
 
 
 def test_without_the_plot_library_the_command_is_named(monkeypatch, capsys, tmp_path):

@@ -120,7 +120,7 @@ def test_a_number_outside_its_limits_is_refused_with_both_limits(name: str, side
     [
         ({"S": "wide"}, "must be a number in % of span"),
         ({"S": "nan"}, "must be a number"),
-        ({"Q": 1.0}, "'Q' is no setting of the what-if screen"),
+        ({"Q": 1.0}, "'Q' is not a setting of the what-if screen"),
         ({"model": "magic"}, "use one of kano"),
         ({"compensator": "magic"}, "use one of none"),
         ({"dt": 0.001, "duration": 1000.0}, "at most 20 s are simulated"),

@@ -120,7 +120,7 @@ def test_rounded_serial_days_keep_their_gaps(seconds, lost, gap):
 
 def test_rounded_stamps_that_tell_no_period_are_refused_and_dt_cures_it():
     t = np.floor(np.cumsum(np.random.default_rng(2).uniform(5, 40, 120)) / 60.0) * 60.0
-    with pytest.raises(RecordError, match=r"of 120 rows have the time stamp .* are rounded; .* dt in seconds"):
+    with pytest.raises(RecordError, match=r"of 120 rows have the same time stamp .* are rounded; .* dt in seconds"):
         grid_of(t)
     grid = grid_of(t, dt=20.0)
     assert (grid.dt, grid.source_row.tolist()) == (20.0, list(range(120)))
@@ -132,7 +132,9 @@ def test_a_tenth_of_the_rows_may_share_a_stamp_and_differ(shared):
     if shared == 20:
         assert len(grid_of(t).source_row) == 180
     else:
-        with pytest.raises(RecordError, match="21 of 200 rows have the time stamp of the next and other values"):
+        with pytest.raises(
+            RecordError, match="21 of 200 rows have the same time stamp as the next row but other values"
+        ):
             grid_of(t)
 
 
@@ -141,7 +143,7 @@ def test_rows_that_a_file_has_twice_are_read_once():
     assert (grid.dt, grid.source_row.tolist()) == (1.0, (2 * K + 1).tolist())
     pasted = grid_of(np.tile(K, 2), values=np.tile(K, 2))
     assert (pasted.dt, (pasted.source_row % N).tolist()) == (1.0, K.tolist())
-    with pytest.raises(RecordError, match=r"one elsewhere in the file .* where two exports stand one below"):
+    with pytest.raises(RecordError, match=r"have the same time stamp as another row .* two exports one below"):
         grid_of(np.tile(K, 2), values=np.arange(2 * N))
 
 

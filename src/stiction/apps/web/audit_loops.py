@@ -130,7 +130,7 @@ class AuditLoops:
         lines = (await process.stderr.read()).decode(errors="replace").strip().splitlines()
         self._process = None
         if lines:
-            raise HTTPException(409, f"The audit did not go on: {lines[-1]}")
+            raise HTTPException(409, f"The audit could not be continued: {lines[-1]}")
 
     def progress(self) -> dict[str, Any]:
         """Whether the audit goes on; the rows tell how far it is."""

@@ -34,9 +34,9 @@ async def read_json(request: Request, max_bytes: int = MAX_JSON_BYTES) -> dict[s
     try:
         value = json.loads(bytes(body))
     except ValueError:
-        raise HTTPException(400, "The request is no valid JSON.") from None
+        raise HTTPException(400, "The request is not valid JSON; load the page again.") from None
     if not isinstance(value, dict):
-        raise HTTPException(400, "The request is no JSON object.")
+        raise HTTPException(400, "The request is not a JSON object; load the page again.")
     return value
 
 

@@ -111,11 +111,12 @@ def _list_folder(folder: Path) -> list[tuple[str, str]]:
         audits = sorted(str(one.parent) for one in folder.glob(f"*/{AUDIT_FILE}"))
         if audits:
             raise RecordError(
-                f"{folder}: is no audit (it has no {AUDIT_FILE}); name one of the audits in it, such as {audits[0]}."
+                f"{folder}: is not an audit (it has no {AUDIT_FILE}); give one of the audits in it, such as "
+                f"{audits[0]}."
             )
         if not inside:
             raise RecordError(
-                f"{folder}: is no audit (it has no {AUDIT_FILE}) and holds no files; name another folder."
+                f"{folder}: is not an audit (it has no {AUDIT_FILE}) and contains no files; give another folder."
             )
         _call_apart(check_files, str(folder), [str(one) for one in inside])
     return [(str(one.resolve()), one.name) for one in inside]
@@ -137,8 +138,8 @@ def check_files(folder: str, paths: Sequence[str]) -> None:
             if any(page.recognises(one.head, one.origin.name) for one in files for page in FORMATS):
                 return
     raise RecordError(
-        f"{folder}: is no audit (it has no {AUDIT_FILE}), and none of its files holds records "
-        f"({'; '.join(reasons[:MAX_NAMED]) or 'all are binary'}); name another folder."
+        f"{folder}: is not an audit (it has no {AUDIT_FILE}), and no record was found in its files "
+        f"({'; '.join(reasons[:MAX_NAMED]) or 'all are binary'}); give another folder."
     )
 
 

@@ -82,7 +82,8 @@ def start_from_diagnosis(diagnosis: Diagnosis, *, width: int = 1600) -> WhatIfSt
     segment = analysed_segment(diagnosis)
     if segment.pv is None or len(segment) < SHORTEST_RECORD_SAMPLES:
         raise RecordError(
-            f"{diagnosis.record.tag}: {len(segment)} samples of PV and OP are left to simulate; record at least "
+            f"{diagnosis.record.tag}: {len(segment)} samples of PV and OP can be used, too few to simulate; record at "
+            "least "
             f"{SHORTEST_RECORD_SAMPLES}."
         )
     oscillation = diagnosis.oscillation

@@ -103,7 +103,7 @@ def describe_state(state: LoopState, start: datetime | None = None, pv_unit: str
     return {
         "manual": f"The controller is in manual in {share} by its mode, from {begin} to {end}."
         if numbers.get("by_mode")
-        else f"OP rests in {share} while PV moves, as in manual: at {numbers['op_end']:.3g} % for longest.",
+        else f"OP is constant in {share} while PV moves, as in manual; longest at {numbers['op_end']:.3g} %.",
         "saturated": f"OP rests at a limit ({numbers['op_end']:.3g} %) in {share}; the valve does not move there.",
         "shut_in": f"The flow is shut in: it stays at {numbers['pv']:.3g}{unit} from {begin} to {end}, while OP goes "
         f"{travel}.",

@@ -174,14 +174,14 @@ def _no_error(record: LoopRecord) -> str:
     if not len(record):
         return "No samples are left to look at."
     if pv is None or not np.isfinite(pv).any():
-        return "PV is missing, so there is no error to look at."
+        return "PV is missing, so there is no control error to examine."
     if filled(pv) is not None:
-        return "PV is where SP is, so there is no error to look at."
+        return "PV equals SP, so there is no control error to examine."
     still = f"PV does not move, it stands at {np.nanmedian(pv):.4g}"
     if record.sp is None or not np.isfinite(record.sp).any():
-        return f"{still}, so there is no error to look at."
+        return f"{still}, so there is no control error to examine."
     error = float(np.nanmedian(record.sp - pv))
-    return f"{still}, {abs(error):.3g} {'below' if error > 0.0 else 'above'} SP: a steady error is no oscillation."
+    return f"{still}, {abs(error):.3g} {'below' if error > 0.0 else 'above'} SP: a steady error is not an oscillation."
 
 
 def _none(reason: str, acf: NDArray[np.float64] | None = None) -> Oscillation:

@@ -197,7 +197,8 @@ def _dead_zone(found: Findings) -> str:
     if zone.crossed_rarely:
         return (
             f"PV does not respond in a part of OP's range between {zone.op_low:.1f} and {zone.op_high:.1f} {unit}. OP "
-            "crosses it too few times to tell a sticky valve from a dead zone at fixed OP, as between two valves in "
+            "crosses it too few times to distinguish a sticky valve from a dead zone at fixed OP, as between two "
+            "valves in "
             "split range."
         )
     return (

@@ -125,7 +125,8 @@ class StictionModel:
         """
         if not 0.0 < prior < 1.0:
             raise ParameterError(
-                f"prior = {prior:g} is no share of sticky valves; give a number between 0 and 1, as 0.25."
+                f"prior = {prior:g} is not a probability; give the share of sticky valves between 0 and 1, such as "
+                "0.25."
             )
         score = self.intercept + sum(one.log_odds for one in self.contributions(features))
         score += log_odds(prior) - log_odds(self.training_prior)

@@ -78,7 +78,7 @@ def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
         raise damaged_workbook(name, error) from None
     tables = [table for sheet in sheets if (table := _make_table(source.origin, *sheet, options)) is not None]
     if not tables:
-        raise RecordError(f"{name}: no sheet holds a table of numbers; write one row per time, with a header.")
+        raise RecordError(f"{name}: no sheet contains a table of numbers; write one row per time, with a header.")
     if len(tables) == 1 and (options.sheet is None or DEFAULT_SHEET_NAME.fullmatch(options.sheet)):
         tables[0].origin = replace(tables[0].origin, stem=source.origin.stem)
     return tables

@@ -50,7 +50,7 @@ def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
         remedy = "save time, pv, op and sp as vectors of one length"
         if objects:
             remedy = f"{', '.join(objects[:5])} can only be read by MATLAB; write it with writetimetable(x, 'loop.csv')"
-        raise RecordError(f"{source.origin.name}: holds no vectors of numbers; {remedy}.")
+        raise RecordError(f"{source.origin.name}: contains no vectors of numbers; {remedy}.")
     named = [(path, columns) for path, columns in loops if path.casefold() == (options.tag or "").casefold()]
     return [_make_table(source.origin, path, columns) for path, columns in named or loops]
 
@@ -73,8 +73,8 @@ def _load_hdf5(source: ByteSource) -> dict[str, Any]:
         import h5py
     except ImportError:
         raise MissingExtraError(
-            f"{source.origin.name}: is a MATLAB 7.3 file, which needs h5py; pip install 'stiction[matlab]', or save it "
-            "with save(..., '-v7')."
+            f"{source.origin.name}: is a MATLAB 7.3 file, which needs h5py; save it with save(..., '-v7'), or "
+            'install h5py with: pip install "stiction[matlab]"'
         ) from None
     from stiction.sources.formats.matlab_hdf5 import read_group
 

@@ -73,11 +73,11 @@ def sniff_text(name: str, lines: list[str], delimiter: str | None, decimal: str 
     if best is not None:
         problem = _find_split_numbers(best[0], best[1])
     if best is None or problem:
-        raise RecordError(f"{name}: holds {problem}; export it with semicolons between columns, or without quotes.")
+        raise RecordError(f"{name}: contains {problem}; export it with semicolons between columns, or without quotes.")
     dialect, rows, first_line = best
     if _lacks_name(dialect, rows):
         raise RecordError(
-            f"{name}: has {dialect.width - 1} names over {dialect.width} columns; write one name over each column, so "
+            f"{name}: has {dialect.width - 1} names for {dialect.width} columns; write one name above each column, so "
             "that it is clear which is which."
         )
     return replace(dialect, first_row=first_line)

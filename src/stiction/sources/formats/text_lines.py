@@ -136,7 +136,9 @@ class RowRepair:
             if reader.line_num > 1 and not may_end:
                 raise csv.Error("a cell in quotes goes on over the next line; take the quote or the line break out")
         except csv.Error as error:
-            raise RecordError(f"{self.name}, line {number}: cannot be split into columns ({error}).") from None
+            raise RecordError(
+                f"{self.name}, line {number}: cannot be split into columns ({error}); correct the line."
+            ) from None
         return row
 
     def _write(self, row: list[str], number: int) -> bytes:

@@ -83,8 +83,8 @@ def require_area(source: ByteSource, n_rows: int, n_columns: int) -> None:
     max_columns = MAX_COLUMNS_XLS if source.head.startswith(OLE_START) else MAX_COLUMNS
     if n_columns > max_columns or n_rows * n_columns * CELL_BYTES > source.max_bytes:
         raise RecordError(
-            f"{source.origin.name}: a sheet reaches to row {n_rows:,} and column {n_columns:,}, more cells than "
-            f"{source.max_bytes:,} bytes hold; delete cells that stand far from the table, or save it as CSV."
+            f"{source.origin.name}: a sheet reaches to row {n_rows:,} and column {n_columns:,}, which needs more than "
+            f"{source.max_bytes:,} bytes; delete cells that stand far from the table, or save it as CSV."
         )
 
 

@@ -131,7 +131,8 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
     table.drop(found[key] for key in _TEXTS if key in found)
     if tags.height > MAX_TAGS:
         raise RecordError(
-            f"{table.origin.name}: holds {tags.height} tags; {MAX_TAGS} are read at once, export fewer loops."
+            f"{table.origin.name}: contains {tags.height} tags, but at most {MAX_TAGS} can be read at once; export "
+            "fewer loops."
         )
     # Each owner with one signal is a description, not a loop.
     is_loop = (pl.col("owner") != "") & (pl.lit(tags.height) > pl.col("owner").n_unique())

@@ -44,7 +44,7 @@ def assign_roles(
     or another number, only the loop of these columns is given. A mapping file settles all roles.
     """
     if not columns:
-        raise RecordError(f"{name or 'The source'}: has no columns beside the time; export PV and OP of a loop.")
+        raise RecordError(f"{name or 'The source'}: has no columns except the time; export PV and OP of a loop.")
     source = columns[0].table.origin.name
     if map_rows is not None:
         loops = apply_map(columns, map_rows)
@@ -72,7 +72,7 @@ def _choose_column(role: str, name: str | int, columns: Sequence[TagColumn]) -> 
     """Find the column that the user names for a role, by its name or by its number (from 0)."""
     source, text = columns[0].table.origin.name, str(name).strip()
     if role not in ROLES:
-        raise ParameterError(f"{role!r} is no signal; name columns for time, {', '.join(ROLES)}.")
+        raise ParameterError(f"{role!r} is not a signal; name columns for time, {', '.join(ROLES)}.")
     by_name = (c for c in columns if isinstance(name, str) and c.name.strip().upper() == text.upper())
     by_number = (c for c in columns if text == str(c.position))
     if column := next(by_name, None) or next(by_number, None):
@@ -147,7 +147,7 @@ def _make_loops(
             f"{source}, line {max(1, columns[0].table.first_line - 1)}: no loop with OP and PV or valve position (MV) "
             f"was found among the columns {names}{recognised}",
             remedy=(
-                f"{no_op}say which is which with ",
+                f"{no_op}assign the columns with ",
                 Setting("columns", {"op": None, "pv": None}),
                 " or ",
                 Setting("columns", {"op": None, "mv": None}),
@@ -201,9 +201,9 @@ def _choose_loop(loops: list[LoopRoles], options: ReadOptions, source: str) -> l
             raise RecordError(
                 f"{source}: ",
                 Setting("columns"),
-                f" names columns of the loop {listed}, ",
+                f" assigns columns of the loop {listed}, but ",
                 Setting("tag"),
-                f" the loop {options.tag}",
+                f" asks for the loop {options.tag}",
                 remedy="leave one of them out",
             )
         raise RecordError(f"{source}: has no loop {options.tag!r}; its loops are {listed}.")

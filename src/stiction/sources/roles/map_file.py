@@ -67,7 +67,7 @@ def read_map(path: str | PathLike[str]) -> list[MapRow]:
     try:
         text = Path(path).read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
-        raise RecordError(f"{path}: is no UTF-8 text; save the map as CSV in UTF-8.") from None
+        raise RecordError(f"{path}: is not UTF-8 text; save the map as CSV in UTF-8.") from None
     except OSError as error:
         raise RecordError(f"{path}: the map cannot be read ({error.strerror}); check the path.") from None
     lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
@@ -76,7 +76,7 @@ def read_map(path: str | PathLike[str]) -> list[MapRow]:
     delimiter = max(",;\t", key=lines[0][1].count)
     header = [cell.strip().lower() for cell in next(csv.reader([lines[0][1]], delimiter=delimiter))]
     if unknown := [name for name in header if name not in COLUMNS]:
-        raise RecordError(f"{path}, line {lines[0][0]}: unknown column {unknown[0]!r}; use {', '.join(COLUMNS)}.")
+        raise RecordError(f"{path}, line {lines[0][0]}: column {unknown[0]!r} is unknown; use {', '.join(COLUMNS)}.")
     if absent := [name for name in COLUMNS[:3] if name not in header]:
         raise RecordError(f"{path}, line {lines[0][0]}: has no column {absent[0]!r}; add it.")
     rows = []
@@ -95,7 +95,9 @@ def _row(cells: dict[str, str], place: str, delimiter: str) -> MapRow:
     if not cells.get("tag") or not cells.get("loop"):
         raise RecordError(f"{place}: tag or loop is empty; fill in both, or delete the line.")
     if role not in MAP_ROLES:
-        raise RecordError(f"{place}: unknown role {cells.get('role', '')!r}; use one of {', '.join((*ROLES, UNUSED))}.")
+        raise RecordError(
+            f"{place}: role {cells.get('role', '')!r} is unknown; use one of {', '.join((*ROLES, UNUSED))}."
+        )
     ends: dict[str, float] = {}
     for name in ("low", "high"):
         if text := cells.get(name, ""):
@@ -104,7 +106,9 @@ def _row(cells: dict[str, str], place: str, delimiter: str) -> MapRow:
             except ValueError:
                 ends[name] = math.nan
             if not math.isfinite(ends[name]):
-                raise RecordError(f"{place}: {name} = {text!r} is no number; give the value at an end of the span.")
+                raise RecordError(
+                    f"{place}: {name} = {text!r} is not a number; give the value at this end of the span."
+                )
     if len(ends) == 1:
         raise RecordError(f"{place}: gives only one of low and high; give both, or none.")
     if ends and not ends["low"] < ends["high"]:
@@ -119,22 +123,22 @@ def _check(rows: list[MapRow], path: str) -> None:
     """Check the rows together."""
     if not rows:
         raise RecordError(
-            f"{path}: the map has no rows below its header that name a signal; add tag, loop and role of each."
+            f"{path}: the map has no rows below its header that assign a tag; add tag, loop and role of each signal."
         )
     by_role: dict[tuple[str, str], MapRow] = {}
     by_tag: dict[str, MapRow] = {}
     for row in rows:
         if (other := by_role.setdefault((row.loop.lower(), row.role), row)) is not row:
-            has = f"{row.tag!r} is the {row.role.upper()} of {row.loop}, but {other.tag!r} is already"
+            has = f"{row.tag!r} is the {row.role.upper()} of {row.loop}, but {other.tag!r} is it already"
             raise RecordError(f"{row.place}: {has}; keep one of them.")
         if (other := by_tag.setdefault(row.tag.lower(), row)) is not row:
-            has = f"{row.loop} ({row.role}), but {other.loop} ({other.role}) has it already"
-            raise RecordError(f"{row.place}: {row.tag!r} is claimed by {has}; a tag has one role in one loop.")
+            has = f"{row.role} of {row.loop} and as {other.role} of {other.loop}"
+            raise RecordError(f"{row.place}: {row.tag!r} is in the map twice: as {has}; keep one of them.")
     for row in rows:
         if (row.loop.lower(), "op") not in by_role:
             raise RecordError(f"{row.place}: loop {row.loop} has no row with role op; add its controller output.")
         if row.master and row.master.lower() == row.loop.lower():
-            raise RecordError(f"{row.place}: {row.loop} is its own master; name the loop whose OP is its set point.")
+            raise RecordError(f"{row.place}: {row.loop} is its own master; give the loop whose OP is its set point.")
 
 
 def apply_map(columns: Sequence[TagColumn], rows: Sequence[MapRow]) -> list[LoopRoles]:

@@ -122,19 +122,20 @@ def _is_last_of_stamp(
     if twice.size:
         n_other = twice.size if rows_differ is None else int(rows_differ(rows[twice], rows[twice + 1]).sum())
         if n_other > MAX_SHARED_STAMPS * len(t):
-            shared = f"{name}: {n_other} of {len(t)} rows have the time stamp of"
-            limit = f"and other values (up to {MAX_SHARED_STAMPS:.0%} may)"
+            shared = f"{name}: {n_other} of {len(t)} rows have the same time stamp as"
+            limit = f"but other values (at most {100.0 * MAX_SHARED_STAMPS:g} % may)"
             if np.median(np.abs(rows[twice + 1] - rows[twice])) <= 1:
                 raise RecordError(
-                    f"{shared} the next {limit}, so the stamps are rounded",
+                    f"{shared} the next row {limit}, so the stamps are rounded",
                     remedy=(
-                        "export finer ones, or, if the rows are evenly sampled, give the sampling period with ",
+                        "export stamps with more digits, or, if the rows are evenly sampled, give the sampling period "
+                        "with ",
                         Setting("dt"),
                         " in seconds",
                     ),
                 )
             raise RecordError(
-                f"{shared} one elsewhere in the file {limit}, as where two exports stand one below the other; give "
+                f"{shared} another row {limit}; when the file contains two exports one below the other, save "
                 "each as a file of its own."
             )
         values = f", {count_noun(n_other, 'row')} of them with other values" if n_other else ""
@@ -155,7 +156,8 @@ def _place_rows(
     if place[-1] > max(20 * len(t), 10_000):
         k = int(np.argmax(steps))
         raise RecordError(
-            f"{name}: rows {rows[k] + 1} and {rows[k + 1] + 1} of the data are {steps[k]:.6g} s apart, the sampling "
+            f"{name}: rows {rows[k] + 1} and {rows[k + 1] + 1} of the data are {steps[k]:.6g} s apart, but the "
+            "sampling "
             f"period is {period:.6g} s",
             remedy=("cut the file there, or give ", Setting("dt")),
         )

@@ -88,7 +88,7 @@ def _parse_dates(cells: pl.Series, sample: Sequence[str], day_first: bool | None
         texts = days.unique(maintain_order=True).to_list()
         if texts == ["@"] and np.isnan(seconds).all():
             seconds[left] = clock
-            return Stamps(unwrap_clock(seconds), "relative", ["The time column holds a time of day without a date."])
+            return Stamps(unwrap_clock(seconds), "relative", ["The time column contains times of day without a date."])
         order = order or choose_date_order(texts, has_am_pm, notes)
         found = {text: parse_day(text, order) for text in texts}
         midnight = days.replace_strict({text: day for text, (day, _) in found.items()}).to_numpy()
@@ -205,7 +205,7 @@ def _parse_format(cells: pl.Series, sample: Sequence[str], time_format: str) -> 
     if sample and np.isnan(seconds).all():
         raise RecordError(
             f"time_format {time_format!r} does not fit the stamps, such as {sample[0]!r}; "
-            "write what they have in the codes of strptime, or leave it out."
+            "write a format in the codes of strptime that fits them, or leave it out."
         )
     return Stamps(seconds, "utc" if has_zone else "local")
 

@@ -77,13 +77,13 @@ def refuse_ambiguous_thousands(
         return
     largest_whole = numbers[int(np.argmax(np.where(has_mark.to_numpy(), -1.0, size)))]
     raise RecordError(
-        f"{where}: {largest_whole!r} beside {marked[0]!r} may be thousands separated by {decimal!r}",
+        f"{where}: the column has {largest_whole!r} and {marked[0]!r}, and {decimal!r} may separate thousands",
         remedy=(
             "give ",
             Setting("decimal", _OTHER_MARK[decimal]),
-            " if they are, ",
+            " if it does, ",
             Setting("decimal", decimal),
-            " if not",
+            " if it is the decimal mark",
         ),
     )
 
