@@ -168,7 +168,7 @@ def test_links_to_other_files_are_not_followed(tmp_path: Path) -> None:
 def test_missing_h5py_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = save(tmp_path / "a.mat", VARIABLES, "7.3")
     monkeypatch.setitem(sys.modules, "h5py", None)
-    with pytest.raises(MissingExtraError, match=r"needs h5py; .* pip install "stiction\[matlab\]""):
+    with pytest.raises(MissingExtraError, match=r'needs h5py; .* pip install "stiction\[matlab\]"'):
         read(path)
 
 

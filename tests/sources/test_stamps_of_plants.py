@@ -79,7 +79,10 @@ def test_millionths_of_a_day_of_wincc(signals, table, read_text):
 
 def test_a_column_that_may_be_the_time_is_named(signals, table, read_text):
     t, pv, op, _ = signals
-    says = r"no column was recognised as the time; if it is 'Tick', name it with columns=\{'time': 'Tick'\}, or give .* dt in seconds"
+    says = (
+        r"no column was recognised as the time; if it is 'Tick', name it with columns=\{'time': 'Tick'\}, "
+        r"or give .* dt in seconds"
+    )
     for column in (t, EPOCH + t, t[::-1], cells(str)):
         with pytest.raises(RecordError, match=says) as caught:
             read_text(table("PV,Tick,OP", pv, column, op))

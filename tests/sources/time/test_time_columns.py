@@ -127,7 +127,10 @@ def test_a_column_that_the_user_names(table):
 
 
 def test_the_error_names_a_column_that_may_be_the_time(table):
-    text = r"no column was recognised as the time; if it is 'Tick', name it with columns=\{'time': 'Tick'\}, or give .* dt in seconds"
+    text = (
+        r"no column was recognised as the time; if it is 'Tick', name it with columns=\{'time': 'Tick'\}, "
+        r"or give .* dt in seconds"
+    )
     for column in ([str(k) for k in range(N)], [str(-k) for k in range(N)], cells(str)):
         made = table(["PV", "Tick"], VALUES, column)
         with pytest.raises(RecordError, match=text):
