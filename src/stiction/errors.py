@@ -41,6 +41,7 @@ __all__ = [
     "require_number",
     "require_numbers",
     "require_positive",
+    "require_probability",
     "require_range",
     "require_samples",
     "require_seed",
@@ -263,6 +264,17 @@ def require_positive(name: str, value: float, unit: str = "", *, infinite: bool 
         raise ParameterError(
             f"{name} = {number:g}{_with_unit(unit)} is not positive",
             remedy="give a value above 0", quantity=name, value=number, limit=0.0,
+        )  # fmt: skip
+    return number
+
+
+def require_probability(name: str, value: float) -> float:
+    """Return `value` as a float above 0 and below 1, or refuse it."""
+    number = require_number(name, value)
+    if not 0.0 < number < 1.0:
+        raise ParameterError(
+            Setting(name), f" = {number:g} is not a probability",
+            remedy="give a number above 0 and below 1", quantity=name, value=number,
         )  # fmt: skip
     return number
 

@@ -113,7 +113,7 @@ def test_prior_and_costs_change_the_verdict(run, sticky_csv):
 
 @pytest.mark.parametrize(
     ("options", "text"),
-    [(("--prior", "0"), "prior = 0 is not a probability"), (("--prior", "1.5"), "between 0 and 1"),
+    [(("--prior", "0"), "prior = 0 is not a probability"), (("--prior", "1.5"), "above 0 and below 1"),
      (("--costs", "1", "1", "-0.2"), "ask")],
 )  # fmt: skip
 def test_a_wrong_prior_or_cost_is_a_usage_error(options, text, run, healthy_csv):

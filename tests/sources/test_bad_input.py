@@ -88,7 +88,7 @@ def test_bad_paths(tmp_path):
         read(tmp_path)
     with pytest.raises(RecordError, match=r"cannot be read"):
         read("a\0b")
-    with pytest.raises(RecordError, match=r"cannot read int as a record"):
+    with pytest.raises(RecordError, match=r"cannot read an object of type int"):
         read(5)
     with pytest.raises(RecordError, match=r"opened as text; open it with mode 'rb'"):
         read(io.StringIO("time_s,PV,OP\n"))

@@ -198,7 +198,7 @@ def test_bad_paths(tmp_path):
         (tmp_path / "nothing.csv", "no such file; check"),
         (tmp_path, "is a folder; give a file in it"),
         ("a\0b", "cannot be read"),
-        (5, "cannot read int as a record"),
+        (5, "cannot read an object of type int"),
         (io.StringIO("time_s,PV,OP\n"), "opened as text; open it with mode 'rb'"),
     ):
         with pytest.raises(RecordError, match=message):

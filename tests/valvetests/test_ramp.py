@@ -101,7 +101,7 @@ def test_missing_position_steps_and_loops_in_automatic_are_refused():
         st.analyse_ramp(replace(record, mv=None))
     half = record.mv.copy()
     half[::2] = np.nan
-    with pytest.raises(st.RecordError, match=r"50% of MV .* missing"):
+    with pytest.raises(st.RecordError, match=r"50 % of MV .* missing"):
         st.analyse_ramp(replace(record, mv=half))
     few = record.mv.copy()
     few[100:130] = np.nan

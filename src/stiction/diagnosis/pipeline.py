@@ -19,7 +19,7 @@ from stiction.diagnosis.verdict.diagnosis import Diagnosis
 from stiction.diagnosis.verdict.features import FeatureInput, compute_features
 from stiction.diagnosis.verdict.model import stiction_model
 from stiction.display.check_text import describe_check
-from stiction.errors import ParameterError, RecordError
+from stiction.errors import RecordError, require_probability
 from stiction.records.assess import assess_quality
 from stiction.records.conditioned import Conditioned, condition
 from stiction.records.record import missing_pv_hint, require_record
@@ -115,10 +115,7 @@ def _check(record: LoopRecord, prior: float) -> None:
     require_record(record)
     if record.pv is None:
         raise RecordError(f"{record.tag} has no PV; a diagnosis needs OP and PV. {missing_pv_hint(record)}")
-    if not 0.0 < prior < 1.0:
-        raise ParameterError(
-            f"prior = {prior:g} is not a probability; give the share of sticky valves between 0 and 1, such as 0.25."
-        )
+    require_probability("prior", prior)
 
 
 EXCLUDED_STATES = ("manual", "not_in_command", "shut_in", "valve_not_responding", "pv_frozen", "bad_data")

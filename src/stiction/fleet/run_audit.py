@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stiction.diagnosis.verdict.decision import Costs
-from stiction.errors import ParameterError, RecordError, Setting, require_positive
+from stiction.errors import ParameterError, RecordError, require_positive, require_probability
 from stiction.fleet.audit import Audit, read_audit
 from stiction.fleet.audit_run import AuditRun, RunOptions
 from stiction.fleet.find_loops import choose_loops, list_loop_places
@@ -141,11 +141,7 @@ def audit(
     first, last = since if since == "last" else parse_moment("since", since), parse_moment("until", until)
     Costs(*costs)
     require_positive("time_limit", time_limit, "s")
-    if not 0.0 < prior < 1.0:
-        raise ParameterError(
-            Setting("prior"), f" = {prior:g} is not a probability",
-            remedy="give the share of sticky valves between 0 and 1, such as 0.25",
-        )  # fmt: skip
+    require_probability("prior", prior)
     folder = Path(out)
     check_folder(folder)
 

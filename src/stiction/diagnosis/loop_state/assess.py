@@ -193,9 +193,9 @@ def _estimate_set_point(
 
 def _numbers(signals: _Signals, first: int, last: int) -> dict[str, float]:
     """Levels of OP and PV in a stretch, as far as they were recorded."""
-    op, pv, sp, *_ = signals
+    op, pv, sp, _, limits, _ = signals
     known = np.flatnonzero(np.isfinite(op[first:last])) + first
-    numbers = {"samples": float(last - first)}
+    numbers = {"samples": float(last - first), "op_in_percent": float(math.isfinite(limits[1]))}
     if known.size:
         numbers |= {"op_start": float(op[known[0]]), "op_end": float(op[known[-1]])}
     if np.isfinite(pv[first:last]).any():

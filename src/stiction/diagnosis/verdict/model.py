@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from stiction.diagnosis.verdict.features import FEATURES
 from stiction.display.number_format import finite_or_none
-from stiction.errors import ParameterError
+from stiction.errors import require_probability
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -123,11 +123,7 @@ class StictionModel:
         ParameterError
             When the prior is not between 0 and 1.
         """
-        if not 0.0 < prior < 1.0:
-            raise ParameterError(
-                f"prior = {prior:g} is not a probability; give the share of sticky valves between 0 and 1, such as "
-                "0.25."
-            )
+        require_probability("prior", prior)
         score = self.intercept + sum(one.log_odds for one in self.contributions(features))
         score += log_odds(prior) - log_odds(self.training_prior)
         return 1.0 / (1.0 + math.exp(-score))
