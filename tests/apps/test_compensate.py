@@ -122,7 +122,7 @@ def test_an_older_text_is_not_taken_for_this_one(run, folder, healthy_csv):
     older = "(*\nKnocker for the sticking valve of loop FIC-101.\nWritten 2026-01-31 by stiction 0.1.\n*)\n"
     (folder / "k.st").write_text(older)
     done = run("compensate", "-", "--structured-text", "k.st", stdin=healthy_csv.encode())
-    assert "k.st is an older one" in done.out
+    assert "k.st is from an earlier run" in done.out
     assert (folder / "k.st").read_text() == older
 
 

@@ -134,7 +134,7 @@ def test_a_position_in_the_unit_of_op_is_the_same_test(header, zero, span, optio
     assert found["sj"]["value"] == pytest.approx(1.0, rel=0.1)
     if options:
         done = run("valve-test", "analyse", "ramp", "raw.csv", "--op-range", "4", "20")
-        assert "assumed: The valve position lies in 5.6" in done.out
+        assert "assumed: The valve position lies between 5.6" in done.out
         assert "(mv_range), 4 to 20" in done.out
 
 

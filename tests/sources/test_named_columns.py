@@ -142,7 +142,7 @@ def test_an_op_in_another_unit_than_percent_is_told(unit, signals, table, read_t
     t, pv, op, _ = signals
     text = table(f"time_s,FIC-1.PV [t/h],FIC-1.OP [{unit}]", t, pv, 3.0 + 0.12 * op)
     [record] = read_text(text)
-    assert any(f"OP is given in {unit}: left as it is" in guess for guess in record.provenance.assumptions)
+    assert any(f"OP is given in {unit}: it is not converted" in guess for guess in record.provenance.assumptions)
     assert (record.op_unit, record.provenance.op_unit) == ("OP units", unit)
     [gate] = [gate for gate in assess_quality(record).checks if gate.name == "op scale"]
     assert (

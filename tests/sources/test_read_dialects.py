@@ -134,7 +134,7 @@ def test_a_measured_value_taken_for_the_position_is_named_in_the_refusal(signals
     text = table("Time,FIC-1:MV [bar],FIC-1:OUT", t, pv, op)
     [record] = read_text(text)
     with pytest.raises(
-        RecordError, match=r"no PV; .*FIC-1:MV \[bar\] was taken for the valve position; if it is the PV"
+        RecordError, match=r"no PV; .*FIC-1:MV \[bar\] was taken as the valve position; if it is the PV"
     ):
         st.diagnose(record)
     [record] = read_text(text, columns={"pv": "FIC-1:MV [bar]"})

@@ -163,7 +163,7 @@ def test_newest_first_unsorted_and_repeated_rows(signals, table, read_text):
     [record] = read_text(table("time_s,PV,OP", t[order], pv[order], op[order]))
     np.testing.assert_array_equal(record.op, op)
     assert record.provenance.clock_jumps == 1
-    assert any("with the time stamp of the next" in guess for guess in record.provenance.assumptions)
+    assert any("with the same time stamp as the next" in guess for guess in record.provenance.assumptions)
 
 
 def test_shuffled_rows_are_sorted_and_not_said_to_be_turned_round(signals, table, read_text):
@@ -262,7 +262,7 @@ def test_a_few_rows_of_one_stamp_and_other_values_are_left_out_and_said(signals,
     [record] = read_text(table("time_s,PV,OP", t, pv, op))
     assert np.isnan(record.op[20])
     assert any(
-        "2 rows with the time stamp of the next, 2 rows of them with" in guess
+        "2 rows with the same time stamp as the next row, 2 rows of them with" in guess
         for guess in record.provenance.assumptions
     )
 
@@ -376,7 +376,7 @@ def test_a_tenth_of_the_rows_may_share_a_stamp_and_differ(shared, table, read_te
     if shared == 20:
         [record] = read_text(text)
         assert len(record) == 180
-        assert any("20 rows with the time stamp of the next" in guess for guess in record.provenance.assumptions)
+        assert any("20 rows with the same time stamp as the next" in guess for guess in record.provenance.assumptions)
     else:
         with pytest.raises(
             RecordError, match="21 of 200 rows have the same time stamp as the next row but other values"

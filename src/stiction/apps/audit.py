@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 __all__ = ["audit", "print_audit"]
 
-SOURCES = "What to read: files, folders, patterns or database URLs, as `stiction diagnose` takes them."
+SOURCES = "What to read: files, folders, patterns or database URLs, as for `stiction diagnose`."
 Results = Group("Results", sort_key=2)
 
 
@@ -88,7 +88,7 @@ def audit(
     other = None if compare is None else _open(compare, None, "--compare ")
     found = _run(sources, out, locals()) if sources else _open(out, ledger)
     if found is None:
-        print_err("Stopped. What is done is kept; the same command goes on.")
+        print_err("Stopped. The results so far are stored; run the same command again to continue.")
         return 130
     if not sources:
         _check_pages(page, [row["tag"] for row in found.rows])
@@ -137,7 +137,7 @@ def _run(sources: tuple[str, ...], out: str, given: dict[str, Any]) -> "Audit | 
                 stop=interrupt.stop, **chosen,
             )  # fmt: skip
     except KeyboardInterrupt:
-        print_err("Stopped. What is done is kept; the same command goes on.")
+        print_err("Stopped. The results so far are stored; run the same command again to continue.")
         raise
     return found if found.run["finished"] else None
 
@@ -237,7 +237,7 @@ def _print_not_judged(found: "Audit", *, max_tags: int = 10) -> None:
     for what, tags in (
         ("Not judged", loops),
         ("Tags of the map that the source does not have", found.missing_tags["map_tags"]),
-        ("Tags of the connections that are no loop", found.missing_tags["connection_tags"]),
+        ("Tags of the connections that are not loops", found.missing_tags["connection_tags"]),
     ):
         if tags:
             more = f" and {len(tags) - max_tags} more" if len(tags) > max_tags else ""

@@ -106,7 +106,7 @@ def _print_scores(summary: dict[str, Any], results: list[dict[str, Any]], groups
     print_table(["Label", *named], rows, right=named)
     if summary["reliability"]:
         print_out(
-            f"\nProbability of stiction against share that sticks; mean distance {summary['calibration_error']:.3f}"
+            f"\nProbability of stiction and share of sticky valves; mean difference {summary['calibration_error']:.3f}"
         )
         rows = [
             [f"{one['from']:.1f} to {one['to']:.1f}", one["n"], format_probability(one["mean"]), f"{one['sticky']:.2f}"]
@@ -125,7 +125,9 @@ def _print_scores(summary: dict[str, Any], results: list[dict[str, Any]], groups
         keys = ("file", "label", "verdict", "probability", "cause", "reason")
         rows = [[_shown(row[key]) for key in keys] for row in missed]
         print_table([key.capitalize() for key in keys], rows, right=["Probability"])
-    print_out("\nThe model is trained on simulated loops alone; docs/validation.md shows how it does on others.")
+    print_out(
+        "\nThe model is trained on simulated loops alone; docs/validation.md shows its results on recorded loops."
+    )
 
 
 def _shown(value: Any) -> str:

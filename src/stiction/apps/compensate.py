@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = ["compensate", "parse_weights"]
 
-FILE = f"{SOURCES} Without it the loop is given."
+FILE = f"{SOURCES} Without a source, give the loop with --process, --valve and --controller."
 
 
 def compensate(

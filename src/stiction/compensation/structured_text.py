@@ -174,7 +174,7 @@ def recommended_text(
             f"'{trial.recommended or 'none'}' and not a compensator. {trial.reason}"
         )
     tried = trial.twin.loop.dt
-    notes = [f"Predicted on the loop's twin: {prediction_text(trial)}."]
+    notes = [f"Predicted by simulation: {prediction_text(trial)}."]
     if dt is not None and abs(dt - tried) > 1e-9 * tried:
         notes.append(f"The trial used a scan time of {tried:g} s instead of {dt:g} s: the prediction may be wrong.")
     return structured_text(

@@ -211,7 +211,8 @@ def build_twin(diagnosis: Diagnosis, controller: PID | None = None) -> Twin:
         reason = against
     if fits and cycle.share < measured.share - MAX_RESTING_EXCESS:
         reason += (
-            f" But it is less regular: it rests in {100.0 * (1.0 - cycle.share):.0f} % of its periods, the record in "
+            f" But it is less regular: it does not oscillate in {100.0 * (1.0 - cycle.share):.0f} % of its periods, "
+            "the record in "
             f"{100.0 * (1.0 - measured.share):.0f} %."
         )
     overlay = _align_periods(record, pv, run, scale) if cycle.period > 0.0 else {}

@@ -129,7 +129,7 @@ def _left_out(state: LoopState) -> list[tuple[int, int]]:
 def _bad_data(state: LoopState, quality: Quality) -> LoopState:
     """The state of a record that the data checks reject."""
     rejects = tuple(describe_check(check) for check in quality.rejections)
-    why = rejects or ("OP or PV does not vary enough to look for a valve; record while it does.",)
+    why = rejects or ("OP or PV does not vary enough to identify a valve; record while both move.",)
     return replace(state, state="bad_data", share=1.0, rejects=why)
 
 

@@ -179,7 +179,7 @@ class Audit:
         counts = self.counts
         lines = [
             f"{counts['loops']} loops: {counts['diagnosed']} diagnosed, {counts['screened']} screened only, "
-            f"{counts['skipped']} not judged, {counts['error'] + counts['timeout'] + counts['crashed']} failed. "
+            f"{counts['skipped']} not diagnosed, {counts['error'] + counts['timeout'] + counts['crashed']} failed. "
             f"{counts['stiction']} sticky valves, {counts['undecided']} undecided, {len(self.groups)} groups."
         ]
         lines += [f"{k}. {row['tag']}: {row['verdict']}, {row['reason']}" for k, row in enumerate(self.worst(), 1)]

@@ -51,7 +51,8 @@ class LabelConflictError(StictionError):
         self.theirs, self.yours = theirs, yours
         super().__init__(
             f"{theirs.tag}: {theirs.author or 'somebody'} wrote {theirs.label!r}, {theirs.note!r} at {theirs.time}, "
-            f"after you looked; your {yours.label!r}, {yours.note!r} was not written. Read theirs, then write again."
+            f"after you read the labels; your {yours.label!r}, {yours.note!r} was not written. Read their label, then "
+            "write yours again."
         )
 
 

@@ -89,7 +89,7 @@ class Ledger:
         RecordError
             When the database cannot be reached or written to.
         """
-        with self._errors("cannot be opened as a ledger"):
+        with self._errors("cannot be opened as a database of results"):
             self._data.create_all(self.engine)
 
     def close(self) -> None:
@@ -234,7 +234,7 @@ class Ledger:
         from sqlalchemy import exc
 
         deadline = time.monotonic() + RECONNECT_S
-        with self._errors("cannot be used as a ledger"):
+        with self._errors("cannot be used as a database of results"):
             while True:
                 try:
                     with self.engine.begin() as connection:
@@ -250,7 +250,7 @@ class Ledger:
         """Turn errors of the database into a `RecordError` without passwords."""
         from stiction.sources.database_url import refused_as
 
-        with refused_as(what, self.url, "check host, rights and free space; results that are there stay"):
+        with refused_as(what, self.url, "check host, access rights and free space; stored results are not lost"):
             yield
 
 

@@ -189,6 +189,7 @@ def _remark(period: float, duration: float, near: list[float]) -> str:
     difference = max(abs(close[0] - period), 1e-3 * period)
     return (
         f"{len(close)} more oscillation{'s' if len(close) > 1 else ''} with a period within {resolution:.3g} s of this "
-        f"one cannot be told from it: periods {difference:.2g} s apart need {period**2 / difference / 3600.0:.3g} h of "
+        f"one cannot be separated from it: periods {difference:.2g} s apart need "
+        f"{period**2 / difference / 3600.0:.3g} h of "
         f"data, the record has {duration / 3600.0:.3g} h."
     )

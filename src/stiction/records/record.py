@@ -349,7 +349,7 @@ def missing_pv_hint(record: LoopRecord) -> str:
     if column is None:
         return "Read the file again and name the column of the PV (--column, in Python columns=)."
     return (
-        f"{column} was taken for the valve position; if it is the PV, name it as the PV (--column, in Python columns=)."
+        f"{column} was taken as the valve position; if it is the PV, name it as the PV (--column, in Python columns=)."
     )
 
 

@@ -189,7 +189,7 @@ def _data_problems(audit: Audit) -> list[dict[str, Any]]:
     lines = [{"name": name, "count": count, "tags": tags[name][:200]} for name, count in counts.most_common()]
     missing = {
         "tags of the map that the source does not have": audit.missing_tags["map_tags"],
-        "tags of the connections that are no loop": audit.missing_tags["connection_tags"],
+        "tags of the connections that are not loops": audit.missing_tags["connection_tags"],
     }
     found = [{"name": k, "what": "tag", "count": len(v), "tags": v[:200]} for k, v in missing.items() if v]
     return found + [{"what": "loop", **line} for line in lines]

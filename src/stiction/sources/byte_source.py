@@ -124,7 +124,7 @@ def _check_file(file: BinaryIO, name: str, max_bytes: int) -> int:
 
 
 def _file_digest(path: Path, size: int) -> str:
-    """Digest of a file; empty for a large one, or when it is not there any more."""
+    """Digest of a file; empty for a large one, or when it is no longer available."""
     if size > MAX_DIGEST_BYTES:
         return ""
     try:

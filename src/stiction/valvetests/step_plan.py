@@ -97,16 +97,17 @@ def plan_step_test(
     notes = (
         f"Staircase of {fine_step:g} % steps over {n * fine_step:g} % up and down, then steps of {listed or 'no'} %, "
         f"each constant for {hold:g} s.",
-        "The travel read from the turning point, ISA's dead band, lies between S and S + J, as the reversal comes at "
-        "any place in the stick band; the staircase reads S too.",
-        "Held steps cannot tell the rate r at which the stem starts to follow; only ramps can.",
+        "The OP travel from a reversal to the first response (dead band of ISA) lies between S and S + J, because the "
+        "stem can reverse anywhere in the stick band; the staircase measures S too.",
+        "Steps cannot measure the rate r at which the stem starts to follow OP; use a ramp test for r.",
     )
     if n:
         reach = n * fine_step
         notes = (
             *notes,
-            f"From the middle of its stick band a fine range of {reach:g} % cannot move a valve whose (S + J) / 2 is "
-            f"{reach:g} % or more; where that may be, widen the fine range (--fine-range).",
+            f"A fine range of {reach:g} % may not move a stem whose (S + J) / 2 is {reach:g} % or more; for such a "
+            "valve "
+            "give a wider fine range (--fine-range).",
         )
     settings = {"start": start, "fine_step": fine_step, "fine_range": fine_range, "sizes": steps, "hold": hold}
     return TestPlan("step test", dt, np.repeat(np.round(levels, 9), samples), start, upset, notes, settings)

@@ -239,7 +239,7 @@ def test_an_impossible_identification_starts_from_usual_values_and_is_said() -> 
     wild = replace(diagnosis.identification, linear=replace(diagnosis.identification.linear, gain=3e14))
     start = start_from_diagnosis(replace(diagnosis, identification=wild))
     assert start.settings.gain == WhatIfSettings().gain
-    assert start.remarks[0].startswith("What was identified cannot be simulated: Process gain = 3e+14")
+    assert start.remarks[0].startswith("The identified loop cannot be simulated: Process gain = 3e+14")
 
 
 def test_an_unstable_identification_is_said() -> None:

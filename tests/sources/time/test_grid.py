@@ -51,7 +51,7 @@ def test_each_row_stands_at_its_sample(dt, lost, jitter, start):
 def test_gaps_are_counted():
     grid = grid_of(10.0 * np.r_[0:50, 57:120])
     assert np.flatnonzero(grid.source_row < 0).tolist() == list(range(50, 57))
-    assert grid.notes == ["Missing: 7 samples in 1 gap of the time stamps (left as NaN)."]
+    assert grid.notes == ["Missing: 7 samples in 1 gap of the time stamps (not filled)."]
 
 
 def test_newest_first_unsorted_and_repeated_rows():
@@ -61,7 +61,7 @@ def test_newest_first_unsorted_and_repeated_rows():
     assert (grid.clock_jumps, order[grid.source_row].tolist()) == (1, K.tolist())
     grid = grid_of(np.insert(K, 30, 29))
     assert len(grid.source_row) == N
-    assert grid.notes == ["Left out: 1 row with the time stamp of the next, 1 row of them with other values."]
+    assert grid.notes == ["Left out: 1 row with the same time stamp as the next row, 1 row of them with other values."]
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -80,7 +80,7 @@ def test_uneven_stamps_are_held(seed):
     for k, row in enumerate(grid.source_row):  # the last row at or before each moment, found the slow way
         moment = t[0] + k * grid.dt
         assert row == max(i for i in range(300) if t[i] <= moment + 1e-6)
-    assert "each value is held until the next" in grid.notes[0]
+    assert "each value is used until the next one" in grid.notes[0]
 
 
 def test_a_value_of_uneven_stamps_is_held_for_ten_periods():

@@ -138,7 +138,7 @@ def _change_note(audit: Audit, tag: str, row: dict[str, Any], record: LoopRecord
     times = [Path(name).stat().st_mtime for name in audit.source_of(tag).part.names if Path(name).is_file()]
     is_newer = started and times and max(times) > datetime.fromisoformat(started).timestamp()
     if is_newer or (row["samples"] is not None and row["samples"] != len(record)):
-        return f" ({row['source']} was changed after the audit; run it again)"
+        return f" ({row['source']} was changed after the audit; run the audit again)"
     return ""
 
 

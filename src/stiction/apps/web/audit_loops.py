@@ -36,7 +36,7 @@ _numbers: Iterator[int] = count(1)
 class AuditLoops:
     """An audit that the command line named; nothing but `labels.csv` is written into its folder."""
 
-    notes_remark = "Notes are kept in labels.csv in the folder of the audit."
+    notes_remark = "Notes are stored in labels.csv in the folder of the audit."
 
     def __init__(self, folder: Path, cache: Path) -> None:
         self.id = f"audit{next(_numbers)}"

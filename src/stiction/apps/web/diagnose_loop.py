@@ -177,7 +177,7 @@ def _contributions_sentence(diagnosis: Diagnosis) -> str:
     if not diagnosis.contributions:
         return ""
     return (
-        "A bar to the right speaks for stiction, a bar to the left against it. With a prior of "
+        "A bar to the right is evidence for stiction, a bar to the left evidence against it. With a prior of "
         f"{labels.format_probability(diagnosis.prior)} and the average of all loops "
         f"({diagnosis.average_log_odds:+.2f}) they give a probability of stiction of "
         f"{labels.format_probability(diagnosis.probability)}."

@@ -99,7 +99,7 @@ class Readings:
     def find(self, identity: str) -> Reading:
         """Return a drop by its id, or raise 404."""
         if identity not in self.all:
-            raise HTTPException(404, "These files are not there any more. Drop them again.")
+            raise HTTPException(404, "These files are no longer available. Drop them again.")
         return self.all[identity]
 
     async def _run(self, workers: Workers, reading: Reading) -> None:
@@ -196,7 +196,7 @@ async def _correct(request: Request) -> Response:
 
 def _source(reading: Reading, number: int) -> Source:
     if not 0 <= number < len(reading.sources):
-        raise HTTPException(404, "This source is not there any more. Drop the file again.")
+        raise HTTPException(404, "This source is no longer available. Drop the file again.")
     return reading.sources[number]
 
 

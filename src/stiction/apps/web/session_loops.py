@@ -33,7 +33,7 @@ class SessionLoops:
 
     id = "session"
     name = "Dropped files"
-    notes_remark = "Notes on dropped files last until the server ends. Notes on an audit stay in its folder."
+    notes_remark = "Notes on dropped files are lost when the server ends. Notes on an audit are stored in its folder."
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder

@@ -119,7 +119,7 @@ class Uploads:
             404 when there is none.
         """
         if identity not in self.files:
-            raise HTTPException(404, "This file is not there any more. Upload it again.")
+            raise HTTPException(404, "This file is no longer available. Upload it again.")
         return self.files[identity]
 
 

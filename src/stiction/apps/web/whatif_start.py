@@ -102,7 +102,7 @@ def start_from_diagnosis(diagnosis: Diagnosis, *, width: int = 1600) -> WhatIfSt
         settings = _make_settings({**base, **found})
     except ParameterError as error:
         settings = _make_settings({**base, "model": "ideal"})
-        remarks = [f"What was identified cannot be simulated: {error} The values shown are usual ones."]
+        remarks = [f"The identified loop cannot be simulated: {error} The values shown are typical values."]
     return WhatIfStart(
         settings,
         (*remarks, *_find_doubts(settings)),
@@ -120,7 +120,7 @@ def _find_doubts(settings: WhatIfSettings) -> list[str]:
     if not is_unstable(settings.loop):
         return []
     return [
-        "The loop as identified is unstable even with a good valve, which the record is not. Enter your process and "
+        "The identified loop is unstable even with a good valve, but the record is stable. Enter your process and "
         "controller, or lower the process gain."
     ]
 

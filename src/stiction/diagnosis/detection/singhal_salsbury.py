@@ -54,8 +54,8 @@ def singhal_salsbury(record: LoopRecord, oscillation: Oscillation) -> Evidence:
         spread = MEDIAN_ERROR * float(np.median(np.abs(logs - middle))) / np.sqrt(logs.size)
         index, delta = float(np.exp(middle)), max(LEAST_DELTA, float(np.expm1(2.0 * spread)))
     why = (
-        f"{error_name(record)} has before its peak R = {index:.2f} times the area that it has after it (median of "
-        f"{logs.size} half periods, known to about {delta:.2f}); 1 is symmetric."
+        f"{error_name(record)} has R = {index:.2f} times as much area before its peak as after it (median of "
+        f"{logs.size} half periods, uncertainty {delta:.2f}); 1 is symmetric."
     )
     against = objections(record, oscillation, integrating=False)
     return judge("singhal_salsbury", index, 1.0 + delta, 1.0 + 0.5 * delta, why, against, source="singhal2005")

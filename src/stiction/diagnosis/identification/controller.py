@@ -147,7 +147,7 @@ def fit_controller(
     if bumps:
         why += f"; {bumps} bumps left out"
     if not moving:
-        why += "; the set point is constant, so that parts on the error and on the PV are the same"
+        why += "; the set point is constant, so that a term of the error and a term of the PV are the same"
     named = _named(found, why + ".")._replace(exact=own, unexplained=left)
     if record.sp is None and not exact and "I" not in found.form:
         # PV that follows a set point which was not recorded moves with OP, as it does under no controller.

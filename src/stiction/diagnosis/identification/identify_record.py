@@ -40,7 +40,7 @@ MODELS = ("kano", "stenman", "three_parameter")
 """Valve models that are identified."""
 MIN_SAMPLES = 30
 """Samples that must be known [-]."""
-NOT_USED = "The recorded valve position was not used: it was hardly recorded, does not follow OP, or is a copy of it."
+NOT_USED = "The recorded valve position was not used: it has few values, does not follow OP, or is a copy of OP."
 """Remark on a record whose position says nothing about the stem."""
 
 

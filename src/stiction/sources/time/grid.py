@@ -71,7 +71,9 @@ def regular_grid(
     """
     n_rows, t = len(stamps.seconds), stamps.seconds[np.isfinite(stamps.seconds)]
     if dt is not None and (len(t) < 2 or np.ptp(t) == 0.0):
-        return Grid(np.arange(n_rows), dt, notes=["The time stamps are of no use: dt is as given."])
+        return Grid(
+            np.arange(n_rows), dt, notes=["The time stamps cannot be used: the sampling period is the given one."]
+        )
     if len(t) < 2:
         raise unread_stamp_error(stamps, name, first_line, other_remedy=(" or ", Setting("dt")))
     if np.ptp(t) == 0.0:
@@ -139,7 +141,7 @@ def _is_last_of_stamp(
                 "each as a file of its own."
             )
         values = f", {count_noun(n_other, 'row')} of them with other values" if n_other else ""
-        notes.append(f"Left out: {count_noun(twice.size, 'row')} with the time stamp of the next{values}.")
+        notes.append(f"Left out: {count_noun(twice.size, 'row')} with the same time stamp as the next row{values}.")
     return is_last
 
 
@@ -173,12 +175,12 @@ def _place_rows(
         place, longest = (t - t[0]) / period, max(10.0 * period, longest)
         notes.append(
             f"The stamps are uneven ({format_seconds(steps.min())} to {format_seconds(steps.max())}): each value is "
-            f"held until the next, every {period:.6g} s, for at most {format_seconds(longest)}."
+            f"used until the next one, every {period:.6g} s, for at most {format_seconds(longest)}."
         )
     samples = np.arange(int(place[-1] + 1e-6) + 1)
     last = np.searchsorted(place, samples + 1e-6, side="right") - 1
     source_row = np.where((samples - place[last]) * period <= longest + 1e-6 * period, rows[last], -1)
     if is_even and (n_missing := int((source_row < 0).sum())):
         samples, gaps = count_noun(n_missing, "sample"), count_noun(int((whole > 1).sum()), "gap")
-        notes.append(f"Missing: {samples} in {gaps} of the time stamps (left as NaN).")
+        notes.append(f"Missing: {samples} in {gaps} of the time stamps (not filled).")
     return source_row, period
