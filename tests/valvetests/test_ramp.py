@@ -38,10 +38,10 @@ def test_lab_rates_bracket_r_as_the_paper_says():
 def test_all_rates_followed_or_all_in_stairs_leave_one_side_of_r_open():
     fast = st.analyse_ramp(lab_record(LAB_RATES[:2]))
     assert np.isnan(fast.r_low)
-    assert any("Ramp slower" in line for line in fast.unknown)
+    assert any("Use slower ramps" in line for line in fast.unknown)
     slow = st.analyse_ramp(lab_record(LAB_RATES[2:]))
     assert np.isnan(slow.r_high)
-    assert any("Ramp faster" in line for line in slow.unknown)
+    assert any("Use faster ramps" in line for line in slow.unknown)
 
 
 def test_the_deadband_is_read_from_the_stairs_where_following_was_left_out():

@@ -22,6 +22,7 @@ from stiction.display.check_text import describe_check
 from stiction.errors import RecordError, require_probability
 from stiction.records.assess import assess_quality
 from stiction.records.conditioned import Conditioned, condition
+from stiction.records.quantiles import robust_std
 from stiction.records.record import missing_pv_hint, require_record
 
 if TYPE_CHECKING:
@@ -178,7 +179,7 @@ def _ratio(part: float, whole: float) -> float:
 def _spikes(pv: np.ndarray, *, min_jump: float = 8.0) -> float:
     """Share of the samples in which the PV jumps away from both neighbours, by robust deviations of its moves [-]."""
     moves = np.diff(pv)
-    usual = 1.4826 * float(np.median(np.abs(moves - np.median(moves)))) if moves.size else 0.0
+    usual = robust_std(moves) if moves.size else 0.0
     if not usual > 0.0:
         return 0.0
     away = (moves[:-1] * moves[1:] < 0.0) & (np.minimum(np.abs(moves[:-1]), np.abs(moves[1:])) > min_jump * usual)

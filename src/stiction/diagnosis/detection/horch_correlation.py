@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.detection.evidence import judge, objections, swing
-from stiction.records.fast_length import next_fast_length
+from stiction.records.correlation import lagged_products
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -65,11 +65,9 @@ def horch_correlation(record: LoopRecord, oscillation: Oscillation) -> Evidence:
 
 def cross_correlation(x: NDArray[np.float64], y: NDArray[np.float64], reach: int) -> NDArray[np.float64]:
     """Sum of x[k] y[k + lag] for lags -reach .. reach, over the pairs each lag has, shape (2 reach + 1,)."""
-    n = x.shape[0]
-    size = next_fast_length(n + reach)
-    r = np.fft.irfft(np.conj(np.fft.rfft(x - x.mean(), size)) * np.fft.rfft(y - y.mean(), size), size)
-    lags = np.arange(-reach, reach + 1)
-    return r[lags] / (n - np.abs(lags))
+    x, y = x - x.mean(), y - y.mean()
+    r = np.concatenate([lagged_products(y, x, reach + 1)[:0:-1], lagged_products(x, y, reach + 1)])
+    return r / (x.shape[0] - np.abs(np.arange(-reach, reach + 1)))
 
 
 def correlation_offsets(r: NDArray[np.float64]) -> tuple[float, float]:

@@ -15,6 +15,7 @@ from stiction.diagnosis.identification.dead_zone import search_dead_zone
 from stiction.diagnosis.identification.periodic_load import fundamental_period, remove_harmonics
 from stiction.diagnosis.identification.regression import PV_LAGS, build_regression, orthonormal_rows, standardise
 from stiction.diagnosis.identification.stems import relay_signals, valve_positions
+from stiction.records.quantiles import robust_std
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -129,8 +130,8 @@ def _best_noise_gate(shifted: Regression, regression: Regression) -> float:
     upsets well whether the valve sticks or not. The deadband of the PV gives a good valve the same advantage.
     """
     pv = regression.pv
-    moves = np.abs(np.diff(pv))
-    usual = 1.4826 * float(np.median(moves)) or float(np.sqrt(np.mean(moves**2)))
+    moves = np.diff(pv)
+    usual = robust_std(moves, centre=0.0) or float(np.sqrt(np.mean(moves**2)))
     width = 2.0 * usual / np.sqrt(2.0) * np.array([2.0, 3.0, 4.5, 7.0])
     out, zero = np.empty((width.size, pv.size)), np.zeros(width.size)
     valve_positions(pv, 1, width, zero, np.zeros(width.size, dtype=bool), zero, out)

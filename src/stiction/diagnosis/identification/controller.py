@@ -22,6 +22,7 @@ from stiction.errors import RecordError
 from stiction.records.gaps import forward_fill
 from stiction.records.quality.moving_average import detect_averaging_window
 from stiction.records.quality.quantisation import count_values, quantisation_step
+from stiction.records.quantiles import robust_std
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -192,7 +193,7 @@ def _without_bumps(data: Regression, moving: bool) -> tuple[Regression, int]:
     for _ in range(2):
         left = data.unexplained(moving, kept)
         left = np.abs(left - np.median(left))
-        keep = left <= 6.0 * max(1.4826 * float(np.median(left)), least)
+        keep = left <= 6.0 * max(robust_std(left, centre=0.0), least)
         bumps = int(keep.size - keep.sum())
         if not 0 < bumps <= 0.05 * keep.size:
             return data, 0

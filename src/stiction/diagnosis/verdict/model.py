@@ -126,7 +126,18 @@ class StictionModel:
         require_probability("prior", prior)
         score = self.intercept + sum(one.log_odds for one in self.contributions(features))
         score += log_odds(prior) - log_odds(self.training_prior)
-        return 1.0 / (1.0 + math.exp(-score))
+        return logistic(score)
+
+
+def logistic(x: float) -> float:
+    """Probability of log odds `x` [-]; limited to 1e-26 from 0 and 1.
+
+    Examples
+    --------
+    >>> logistic(0.0), round(logistic(1.386), 3)
+    (0.5, 0.8)
+    """
+    return 1.0 / (1.0 + math.exp(-min(max(x, -60.0), 60.0)))
 
 
 def log_odds(probability: float) -> float:

@@ -14,6 +14,7 @@ import numpy as np
 from stiction.display.duration_format import format_seconds
 from stiction.display.number_format import count_noun
 from stiction.errors import RecordError, Setting
+from stiction.records.straight_line import fit_line
 from stiction.sources.time.stamps import unread_stamp_error
 from stiction.sources.time.time_order import (
     MAX_SHARED_STAMPS,
@@ -164,8 +165,7 @@ def _place_rows(
             remedy=("cut the file there, or give ", Setting("dt")),
         )
     if dt is None:  # the slope over all rows, so that a period of 9.999 s does not drift
-        centred = place - place.mean()
-        slope = float(np.sum(centred * (t - t[0])) / np.sum(centred * centred))
+        slope = fit_line(place, t - t[0]).slope
         period = shortest_number(slope, 1e-5 * slope)
     off = t - place * period
     is_even = (dt is not None and max_hold is None) or np.ptp(off) <= 0.6 * period
