@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Group, Parameter
 
-from stiction.apps.options import JsonOption, option_text, reject_misplaced_options
+from stiction.apps.options import JsonOption, reject_misplaced_options
 from stiction.apps.reading_options import ReadingOptions
 from stiction.errors import ParameterError, StictionError
 
@@ -158,7 +158,7 @@ def _open(folder: str, ledger: str | None, option: str = "") -> "Audit":
     try:
         return open_audit(folder, ledger=ledger)
     except StictionError as error:
-        raise type(error)(f"{option}{error.text(option_text)}") from None
+        raise type(error)(*error.args, remedy=error.remedy, where=f"{option}{error.where}") from None
 
 
 def _write(found: "Audit", changes: list[dict[str, Any]] | None, pages: int, tags: tuple[str, ...]) -> str:

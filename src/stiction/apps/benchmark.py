@@ -41,7 +41,7 @@ def benchmark(folder: str = ".", /, *, as_json: JsonOption = False) -> int:
     results = [_diagnose_record(label) for label in track(labels, "Diagnosing")]
     seconds = (time.perf_counter() - began) / len(results)
     if all(result["error"] for result in results):
-        raise RecordError(f"{folder}: no record could be used; the first error is: {results[0]['reason']}")
+        raise RecordError(f"no record could be used; the first error is: {results[0]['reason']}", where=folder)
     groups = score_groups(results)
     bins = reliability(results)
     error = calibration_error(bins)

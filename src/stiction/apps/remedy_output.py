@@ -132,13 +132,17 @@ def not_written_text(key: str, target: Path, advice: Advice) -> str:
     """Say why a requested file is not written."""
     name = key.replace("_", " ").capitalize()
     if key == "work_order":
-        why = "the valve needs no work"
+        why = "The valve needs no work."
     elif advice.trial.recommended and advice.trial[advice.trial.recommended].remedy.compensator is not None:
-        why = "the OP of the record leaves 0 to 100 %, so the limits of the compensator are not known"
+        why = "The OP of the record leaves 0 to 100 %, so the limits of the compensator are not known."
     else:
-        why = advice.trial.reason if advice.trial.refused else f"{advice.trial.recommended} needs no compensator"
+        why = (
+            advice.trial.reason
+            if advice.trial.refused
+            else f"The remedy '{advice.trial.recommended}' needs no compensator."
+        )
     old = f" {target} is from an earlier run." if target.is_file() else ""
-    return f"{name}: not written; {why.rstrip('.')}.{old}"
+    return f"{name}: not written. {why}{old}"
 
 
 def advice_dict(advice: Advice, written: Mapping[str, str]) -> dict[str, Any]:

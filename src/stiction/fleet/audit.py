@@ -88,7 +88,7 @@ class Audit:
         for row in self.rows:
             if row["tag"] == tag:
                 return row
-        raise ParameterError(f"{self.folder}: has no loop {tag!r}; give one of its {len(self.rows)} tags.")
+        raise ParameterError(f"has no loop {tag!r}; give one of its {len(self.rows)} tags.", where=self.folder)
 
     def to_frame(self, native: str = "polars") -> Any:
         """Rows as a data frame of polars, pandas or pyarrow, without what is not a number or text."""
@@ -234,8 +234,9 @@ def open_audit(folder: str | os.PathLike[str], *, ledger: str | None = None) -> 
         ledger = os.environ.get("STICTION_LEDGER")
         if ledger is None:
             raise RecordError(
-                f"{folder}: its results are in the database {settings['ledger']}",
+                f"its results are in the database {settings['ledger']}",
                 remedy=("give its URL with ", Setting("ledger"), " or in the environment variable STICTION_LEDGER"),
+                where=folder,
             )
     database = Ledger(ledger or sqlite_url(folder / "ledger.sqlite"))
     try:

@@ -68,7 +68,7 @@ def write_exports(audit: Audit, folder: Path | None = None) -> list[Path]:
     except OSError as error:
         reason = error.strerror or error
         raise RecordError(
-            f"{folder}: the exports cannot be written ({reason}); check the access rights and the free space."
+            f"the exports cannot be written ({reason}); check the access rights and the free space.", where=folder
         ) from None
     return written
 

@@ -125,7 +125,7 @@ class Ledger:
 
                 who = holder or "another process"
                 raise RecordError(
-                    f"{show_url(self.url)}: an audit is writing to this database ({who}); wait until it ends."
+                    f"an audit is writing to this database ({who}); wait until it ends.", where=show_url(self.url)
                 )
             yield
         finally:

@@ -100,6 +100,6 @@ def require_row(row: dict[str, Any]) -> dict[str, Any]:
         json.dumps(row, allow_nan=False)
     except ValueError:
         raise RecordError(
-            f"{row['tag']}: a result is not a finite number, which is an error in the program; please report it."
+            "a result is not a finite number, which is an error in the program; please report it.", where=row["tag"]
         ) from None
     return row

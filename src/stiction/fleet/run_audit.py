@@ -157,7 +157,7 @@ def audit(
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise RecordError(f"{folder}: cannot be created ({error.strerror}); give another folder.") from None
+        raise RecordError(f"cannot be created ({error.strerror}); give another folder.", where=folder) from None
     with lock_folder(folder):
         database = Ledger(ledger or sqlite_url(folder / "ledger.sqlite"))
         try:
@@ -194,16 +194,20 @@ def read_connections(path: str | os.PathLike[str]) -> list[tuple[str, str]]:
         text = Path(path).read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or error
-        raise RecordError(f"{path}: the connections cannot be read ({reason}); check the path.") from None
+        raise RecordError(f"the connections cannot be read ({reason}); check the path.", where=path) from None
     rows = list(csv.DictReader(text.splitlines()))
     names = [name.strip().lower() for name in (csv.reader(text.splitlines()[:1]).__next__() if text.strip() else [])]
     if not {"from", "to"} <= set(names):
-        raise RecordError(f"{path}: has the columns {', '.join(names) or '(none)'}; write from,to in its first line.")
+        raise RecordError(
+            f"has the columns {', '.join(names) or '(none)'}; write from,to in its first line.", where=path
+        )
     links = []
     for number, row in enumerate(rows, 2):
         cells = {str(name).strip().lower(): str(cell or "").strip() for name, cell in row.items()}
         if not (cells["from"] and cells["to"]):
-            raise RecordError(f"{path}, line {number}: from or to is empty; write two tags, or delete the line.")
+            raise RecordError(
+                "from or to is empty; write two tags, or delete the line.", where=f"{path}, line {number}"
+            )
         links.append((cells["from"], cells["to"]))
     return links
 

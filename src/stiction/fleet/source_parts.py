@@ -132,5 +132,5 @@ def _find_tag(loops: Loops, place: LoopPlace) -> int:
         if tag.casefold() == place.tag.casefold():
             return number
     raise RecordError(
-        f"{place.tag}: {place.part.display_name} has no OP and PV of this loop in this time range; check the map."
+        f"{place.part.display_name} has no OP and PV of this loop in this time range; check the map.", where=place.tag
     )

@@ -85,15 +85,19 @@ class LimitCycle:
             return f"Rough: {off} against the exact cycle."
         return f"Do not trust the describing function here: {off} against the exact cycle. Use the exact one."
 
-    def summary(self) -> str:
-        """Summary in one line."""
+    @property
+    def description(self) -> str:
+        """Kind, stability, period and amplitudes, for a sentence."""
         fate = {True: "stable", False: "unstable", None: "stability unknown"}[self.stable]
         name = f" ({self.family})" if self.family else ""
-        text = (
+        return (
             f"{self.kind}{name}, {fate}: period {self.period:.4g} s, OP amplitude {self.amplitude:.4g} %, "
-            f"PV amplitude {self.amplitude_pv:.4g}, by {self.method}."
+            f"PV amplitude {self.amplitude_pv:.4g}"
         )
-        return f"{text} {self.trust}"
+
+    def summary(self) -> str:
+        """Summary in one line."""
+        return f"{self.description}, by {self.method}. {self.trust}"
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready form."""

@@ -140,8 +140,9 @@ class RecordBuilder:
         stamps = column.clock.stamps
         if stamps.seconds.size < MIN_ROWS:
             raise RecordError(
-                f"{table.origin.name}: has {count_noun(stamps.seconds.size, 'row')} of data; {MIN_ROWS} or more are "
-                "needed, hundreds are useful."
+                f"has {count_noun(stamps.seconds.size, 'row')} of data; {MIN_ROWS} or more are "
+                "needed, hundreds are useful.",
+                where=table.origin.name,
             )
         cells = [one.cells for one in shared if one.clock is column.clock]
 
@@ -166,7 +167,8 @@ class RecordBuilder:
         for role, column in tags.items():
             if column.clock is None:
                 raise RecordError(
-                    f"{column.table.origin.name}: column {column_label(column)} has no time stamps; export them too."
+                    f"column {column_label(column)} has no time stamps; export them too.",
+                    where=column.table.origin.name,
                 )
             default = method.get(role, "last" if role == "op" else self.options.align or "last")
             series.append(TagSeries(column_label(column), column.clock.stamps, values.get(role), default))

@@ -138,7 +138,7 @@ def _open_stored_records(files: list[ByteSource], options: ReadOptions) -> list[
     chosen = [part for one in found if (part := one.select(options.tag)).tags]
     if not chosen:
         names = ", ".join(tag for one in found for tag in one.tags[:10])
-        raise RecordError(f"{files[0].origin.name}: has no loop {options.tag!r}; give one of {names}.")
+        raise RecordError(f"has no loop {options.tag!r}; give one of {names}.", where=files[0].origin.name)
     return chosen
 
 

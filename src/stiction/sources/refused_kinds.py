@@ -38,4 +38,4 @@ def refuse_kind(name: str, head: bytes) -> None:
     elif len(head) >= MIN_ZEROS and not head.strip(b"\0"):
         kind = "binary and begins with zeros only", "export the loop as CSV"
     if kind:
-        raise RecordError(f"{name}: is {kind[0]}; {kind[1]}.")
+        raise RecordError(f"is {kind[0]}; {kind[1]}.", where=name)

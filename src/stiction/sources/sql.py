@@ -80,7 +80,7 @@ def read_database(
         engine.dispose()
     where = show_url(url) + (f", table {table}" if table else ", query")
     if frame.height == 0:
-        raise RecordError(f"{where}: there is no row; check the table, the tags, since and until.")
+        raise RecordError("there is no row; check the table, the tags, since and until.", where=where)
     headings = {name: heading for heading, name in roles.items() if name is not None and heading not in frame.columns}
     frame = frame.rename({name: headings[name] for name in frame.columns if name in headings})
     return [typed_table(Origin(where, table or engine.url.database or "query"), frame)]
@@ -101,7 +101,7 @@ def _reflect(connection: Connection, name: str, url: str) -> Table:
             inspector = inspect(connection)
             names = [*inspector.get_table_names(), *inspector.get_view_names()]
     known = f"give one of {_list(names)}" if names else "this user has access to none"
-    raise RecordError(f"{show_url(url)}: has no table {name!r}; {known}.")
+    raise RecordError(f"has no table {name!r}; {known}.", where=show_url(url))
 
 
 def _select(
@@ -163,16 +163,17 @@ def _fetch(connection: Connection, statement: Any, url: str, max_bytes: int) -> 
         else:
             result = connection.execution_options(**options).execute(statement)
         if not result.returns_rows:
-            raise RecordError(f"{show_url(url)}: the query gives no rows; give a SELECT.")
+            raise RecordError("the query gives no rows; give a SELECT.", where=show_url(url))
         names = list(result.keys())
         if len(set(names)) < len(names):
-            raise RecordError(f"{show_url(url)}: two columns of the query have one name; name each with AS.")
+            raise RecordError("two columns of the query have one name; name each with AS.", where=show_url(url))
         chunks, n_cells = [], 0
         for rows in result.partitions(CHUNK_ROWS):
             n_cells += len(rows) * len(names)
             if 8 * n_cells > max_bytes:
                 raise RecordError(
-                    f"{show_url(url)}: the rows are larger than {max_bytes:,} bytes; read fewer by tags, since, until."
+                    f"the rows are larger than {max_bytes:,} bytes; read fewer by tags, since, until.",
+                    where=show_url(url),
                 )
             chunks.append([make_series(cells) for cells in zip(*rows, strict=True)])
     columns = zip(*chunks, strict=True) if chunks else [[pl.Series(dtype=pl.String)] for _ in names]

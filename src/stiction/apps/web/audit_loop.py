@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stiction.apps.web.audit_files import load_audit, tag_of_loop
-from stiction.apps.web.bodies import without_folders
 from stiction.apps.web.diagnose_loop import OPTIONS_FILE, loop_content
 from stiction.errors import StictionError
 
@@ -44,9 +43,9 @@ def prepare_audit_loop(folder: str, key: int, target: str) -> None:
     try:
         record = audit.read(tag)
     except (StictionError, OSError) as error:
-        source = f"because {row['source']} cannot be read: {without_folders(str(error))}"
+        reason = error.text(where=error.file_name) if isinstance(error, StictionError) else error.strerror
         content = _content_of_row(row) | {"pvop": None}
-        _write_means(audit, tag, place, f"block means of the audit, {source}")
+        _write_means(audit, tag, place, f"because {row['source']} cannot be read: {reason}")
     else:
         note = "raw samples of the source" + _change_note(audit, tag, row, record)
         content = _diagnose(audit, row, record)
@@ -148,8 +147,8 @@ def _write_signals(record: LoopRecord, arrays: dict[str, NDArray[np.float64]], p
     save_signals(place / "signals.npz", record, arrays, note)
 
 
-def _write_means(audit: Audit, tag: str, place: Path, note: str) -> None:
-    """Write the block means as signals; the PV is known as its distance from the set point alone."""
+def _write_means(audit: Audit, tag: str, place: Path, why: str) -> None:
+    """Write the block means as signals, and why; only the distance of the PV from the set point is known."""
     import numpy as np
 
     from stiction.apps.web.trend_data import save_signals
@@ -159,8 +158,9 @@ def _write_means(audit: Audit, tag: str, place: Path, note: str) -> None:
     if means is None:
         nothing = np.full(2, np.nan)
         record = LoopRecord(tag, 1.0, op=nothing, pv=nothing)
-        note = note.replace("block means of the audit", "nothing is stored")
+        note = f"no signals are stored, {why}"
     else:
+        note = f"block means of the audit, {why}"
         n = max(means.error.size, means.op.size)
         op, pv = (_whole(x, n) for x in (means.op, -means.error))
         record = LoopRecord(tag, means.clock.dt, op, pv, start=means.clock.start)

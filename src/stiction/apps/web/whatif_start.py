@@ -82,9 +82,10 @@ def start_from_diagnosis(diagnosis: Diagnosis, *, width: int = 1600) -> WhatIfSt
     segment = analysed_segment(diagnosis)
     if segment.pv is None or len(segment) < SHORTEST_RECORD_SAMPLES:
         raise RecordError(
-            f"{diagnosis.record.tag}: {len(segment)} samples of PV and OP can be used, too few to simulate; record at "
+            f"{len(segment)} samples of PV and OP can be used, too few to simulate; record at "
             "least "
-            f"{SHORTEST_RECORD_SAMPLES}."
+            f"{SHORTEST_RECORD_SAMPLES}.",
+            where=diagnosis.record.tag,
         )
     oscillation = diagnosis.oscillation
     known = np.isfinite(oscillation.period) and oscillation.period > 0.0

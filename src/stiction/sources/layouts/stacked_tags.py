@@ -48,7 +48,7 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
     clock, no_signals = headings.find_clock(table, options)
     if clock is None:
         raise RecordError(
-            f"{table.origin.name}: contains tags one below the other, without times; export the times too."
+            "contains tags one below the other, without times; export the times too.", where=table.origin.name
         )
     lines = _lines_between(table)
     readable = readable_rows(table, clock.stamps, ignored=np.array([row for row, *_ in lines], dtype=np.int64))

@@ -64,8 +64,9 @@ def align_tags(
     kinds = sorted({tag.stamps.kind for tag in tags})
     if len(kinds) > 1:
         raise RecordError(
-            f"{name}: the tags have time stamps of different kinds ({', '.join(kinds)})",
+            f"the tags have time stamps of different kinds ({', '.join(kinds)})",
             remedy=("export all with a zone, or give the zone of the others with ", Setting("timezone")),
+            where=name,
         )
     different = {id(tag.stamps): tag.stamps for tag in tags}
     sorted_rows = {key: _sort_rows(stamps) for key, stamps in different.items()}

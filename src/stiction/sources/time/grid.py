@@ -79,8 +79,9 @@ def regular_grid(
         raise unread_stamp_error(stamps, name, first_line, other_remedy=(" or ", Setting("dt")))
     if np.ptp(t) == 0.0:
         raise RecordError(
-            f"{name}, line {first_line}: all time stamps are equal",
+            "all time stamps are equal",
             remedy=("give ", Setting("dt"), " if the rows are evenly sampled"),
+            where=f"{name}, line {first_line}",
         )
     is_reversed = is_newest_first(t)
     result, rows = sort_by_time(stamps, rows_differ)
@@ -125,11 +126,12 @@ def _is_last_of_stamp(
     if twice.size:
         n_other = twice.size if rows_differ is None else int(rows_differ(rows[twice], rows[twice + 1]).sum())
         if n_other > MAX_SHARED_STAMPS * len(t):
-            shared = f"{name}: {n_other} of {len(t)} rows have the same time stamp as"
+            shared = f"{n_other} of {len(t)} rows have the same time stamp as"
             limit = f"but other values (at most {100.0 * MAX_SHARED_STAMPS:g} % may)"
             if np.median(np.abs(rows[twice + 1] - rows[twice])) <= 1:
                 raise RecordError(
                     f"{shared} the next row {limit}, so the stamps are rounded",
+                    where=name,
                     remedy=(
                         "export stamps with more digits, or, if the rows are evenly sampled, give the sampling period "
                         "with ",
@@ -139,7 +141,8 @@ def _is_last_of_stamp(
                 )
             raise RecordError(
                 f"{shared} another row {limit}; when the file contains two exports one below the other, save "
-                "each as a file of its own."
+                "each as a file of its own.",
+                where=name,
             )
         values = f", {count_noun(n_other, 'row')} of them with other values" if n_other else ""
         notes.append(f"Left out: {count_noun(twice.size, 'row')} with the same time stamp as the next row{values}.")
@@ -159,10 +162,11 @@ def _place_rows(
     if place[-1] > max(20 * len(t), 10_000):
         k = int(np.argmax(steps))
         raise RecordError(
-            f"{name}: rows {rows[k] + 1} and {rows[k + 1] + 1} of the data are {steps[k]:.6g} s apart, but the "
+            f"rows {rows[k] + 1} and {rows[k + 1] + 1} of the data are {steps[k]:.6g} s apart, but the "
             "sampling "
             f"period is {period:.6g} s",
             remedy=("cut the file there, or give ", Setting("dt")),
+            where=name,
         )
     if dt is None:  # the slope over all rows, so that a period of 9.999 s does not drift
         slope = fit_line(place, t - t[0]).slope
