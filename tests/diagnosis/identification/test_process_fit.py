@@ -8,6 +8,7 @@ from scipy.signal import lfilter
 
 from stiction.diagnosis.identification.process_fit import FittedProcess, compared_part, fit_process, simulate_process
 from stiction.diagnosis.identification.signals import remove_local_mean
+from stiction.diagnosis.identification.stems import process_products
 
 N = 900
 
@@ -88,3 +89,17 @@ def test_nothing_is_explained_where_nothing_moves():
     still = np.full(200, 5.0)
     assert fit_process(still, np.random.default_rng(0).normal(size=200), None)[0::4] == (0.0, 1.0)
     assert fit_process(moves(n=204), np.full(204, 3.0), None).gain == 0.0
+
+
+@pytest.mark.parametrize("slow", [7.0, np.inf])
+@pytest.mark.parametrize(("fast", "dead_time"), [(0.0, 0.0), (2.0, 3.0), (1.5, 4.25)])
+def test_the_products_of_an_answer_are_those_of_the_simulated_process(slow, fast, dead_time):
+    rng = np.random.default_rng(5)
+    u, target = rng.normal(size=(2, 400))
+    u -= u.mean()
+    answer = simulate_process(u, FittedProcess(1.0, slow, fast, dead_time, 0.0), None)
+    answer -= answer.mean()
+    keep = 1.0 if np.isinf(slow) else np.exp(-1.0 / slow), np.exp(-1.0 / max(fast, 1e-3))
+    square, cross = process_products(u, *keep, dead_time, target, 30, 370)
+    assert square == pytest.approx(float(answer[30:370] @ answer[30:370]), rel=1e-9)
+    assert cross == pytest.approx(float(answer[30:370] @ target[30:370]), rel=1e-9)

@@ -87,8 +87,10 @@ def test_a_resting_valve_costs_as_much_as_none():
 
 def test_rows_that_depend_on_others_are_left_out_of_the_basis():
     rows = np.random.default_rng(0).normal(size=(4, 50))
-    basis = orthonormal_rows(np.vstack([rows, rows[0] - 2.0 * rows[3]]))
+    rows = np.vstack([rows, rows[0] - 2.0 * rows[3]])
+    basis, weights = orthonormal_rows(rows)
     assert basis.shape == (4, 50)
+    np.testing.assert_allclose(weights.T @ rows, basis, atol=1e-12)
     np.testing.assert_allclose(basis @ basis.T, np.eye(4), atol=1e-12)
 
 

@@ -68,7 +68,7 @@ def _with_good_valve(regression: Regression) -> Regression:
     pv_lags = min(PV_LAGS, n // 8)
     shared = [np.ones(n - first), *(regression.pv[first - lag : n - lag] for lag in range(1, pv_lags + 1))]
     lag_sums = regression._lag_sums(standardise(_op_means(regression)[0])[np.newaxis])[0]
-    basis = orthonormal_rows(np.vstack([regression.choose(np.array(shared)), lag_sums]))
+    basis, _ = orthonormal_rows(np.vstack([regression.choose(np.array(shared)), lag_sums]))
     y = regression.choose(regression.pv[first:])
     return replace(regression, basis=basis, target=y - (y @ basis.T) @ basis)
 

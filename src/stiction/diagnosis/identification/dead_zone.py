@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.models.numba_compile import kernel
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -61,6 +63,7 @@ def flow_outside(
     return np.maximum(op - high, 0.0) + np.minimum(op - low, 0.0)
 
 
+@kernel
 def count_reversals(signal: NDArray[np.float64], min_move: float = 0.0) -> int:
     """Count how often a signal turns back [-]; moves up to `min_move` are no reversal [unit of the signal].
 
@@ -71,7 +74,7 @@ def count_reversals(signal: NDArray[np.float64], min_move: float = 0.0) -> int:
     (3, 1)
     """
     count, direction, low, high = 0, 0, signal[0], signal[0]
-    for x in signal.tolist():
+    for x in signal:
         low, high = min(low, x), max(high, x)
         if direction >= 0 and high - x > min_move:
             count, direction, low = count + (direction > 0), -1, x

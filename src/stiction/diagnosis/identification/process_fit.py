@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stiction.diagnosis.identification.signals import remove_local_mean
+from stiction.diagnosis.identification.stems import process_products
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -90,9 +91,8 @@ def fit_process(
         a = np.inf if np.isinf(pairs[best][0]) else float(np.exp(np.clip(x[0], -3.0, np.log(20.0 * scale))))
         b = ratio * (scale if np.isinf(a) else a)
         d = float(np.clip(x[2], 0.0, max_delay))
-        answer = _delayed(_lagged(u, a, b), d)
-        answer = (answer - answer.mean())[compared]
-        power, cross = float(answer @ answer), float(answer @ target[compared])
+        keep = 1.0 if np.isinf(a) else np.exp(-1.0 / max(a, 1e-3)), np.exp(-1.0 / max(b, 1e-3))
+        power, cross = process_products(u, *keep, d, target, compared.start, compared.stop)
         gain = cross / power if power > 0.0 and cross * sign >= 0.0 else 0.0
         return FittedProcess(gain, a, b, d, 1.0 - gain * (2.0 * cross - gain * power) / energy)
 
@@ -139,10 +139,12 @@ def _best_delays(
     answers: NDArray[np.float64], target: NDArray[np.float64], compared: slice, max_delay: int, sign: float
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Smallest error of each answer over all dead times, with the gain by least squares, and that dead time."""
+    from scipy.fft import next_fast_len
+
     n = target.size
     wanted = np.zeros(n)
     wanted[compared] = target[compared]
-    size = 1 << (2 * n - 1).bit_length()
+    size = next_fast_len(n + max_delay, real=True)
     spectrum = np.fft.rfft(answers, size, axis=1).conj() * np.fft.rfft(wanted, size)
     cross = np.fft.irfft(spectrum, size, axis=1)[:, : max_delay + 1]
     total = np.cumsum(np.pad(answers**2, ((0, 0), (1, 0))), axis=1)

@@ -10,12 +10,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from stiction.diagnosis.identification.candidates import evaluated
-from stiction.diagnosis.identification.stems import as_valve_arrays, valve_positions
+from stiction.diagnosis.identification.stems import add_lag_products, as_valve_arrays, valve_positions
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -23,6 +23,22 @@ if TYPE_CHECKING:
     from stiction.diagnosis.identification.candidates import Candidates
 
 __all__ = ["Regression", "build_regression", "one_thread", "standardise"]
+
+
+class LaggedSignal(NamedTuple):
+    """Lags of a signal which all valves share, for its products with the lags of a valve position."""
+
+    values: NDArray[np.float64]
+    """The signal [-], shape (1, n_blocks)."""
+    shortest: int
+    """First of the lags [blocks]."""
+    groups: NDArray[np.int64]
+    """Group of each lag; the lags of a group are added up."""
+
+    @property
+    def lags(self) -> NDArray[np.int64]:
+        """All lags [blocks]."""
+        return self.shortest + np.arange(self.groups.size)
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +59,12 @@ class Regression:
     """Orthonormal basis of the regressors that all valves share, shape (n_shared, n_predicted)."""
     target: NDArray[np.float64]
     """What the shared regressors leave of the PV [-], shape (n_predicted,)."""
+    shared: tuple[LaggedSignal, ...]
+    """A constant, the PV from lag 0 on and the earlier OPs."""
+    first_products: NDArray[np.float64]
+    """A position times this is lag 1 times all lags of each of `shared`, then lags from 2 on times its shortest one."""
+    weights: NDArray[np.float64]
+    """The basis as combinations of all lags of `shared`, shape (n_lags, n_basis)."""
     op_lags: int
     """Lags of OP among the shared regressors [-]."""
     predicted: NDArray[np.bool_]
@@ -75,18 +97,23 @@ class Regression:
 
     def cost_of_positions(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
         """Minus twice the log likelihood of valve positions, but for a constant [-], shape (n_valves,)."""
-        return self.cost_of_regressors(self._lag_sums(positions))
+        return self._cost(self._solve(*self._products(positions - positions.mean(axis=1, keepdims=True)))[1])
 
     def cost_of_regressors(self, regressors: NDArray[np.float64]) -> NDArray[np.float64]:
         """The same of given regressors, shape (n_candidates, n_regressors, n_predicted)."""
-        _, error = self._solve(regressors)
+        return self._cost(self._solve(*self._products_of_regressors(regressors))[1])
+
+    def _cost(self, error: NDArray[np.float64]) -> NDArray[np.float64]:
         return self.n_predicted * np.log(error / self.n_predicted)
 
     def residuals(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
         """Prediction errors with given valve positions [-], shape (n_valves, n_predicted)."""
-        regressors = self._lag_sums(positions)
-        weights, _ = self._solve(regressors)
-        explained = np.einsum("vg,vgk->vk", weights, regressors)
+        x = positions - positions.mean(axis=1, keepdims=True)
+        weights, _ = self._solve(*self._products(x))
+        lag_weights = np.repeat(weights, np.diff(self.edges), axis=1)
+        longest = lag_weights.shape[1]
+        lags = (x[:, self.first - lag : x.shape[1] - lag] for lag in range(1, longest + 1))
+        explained = self.choose(sum(lag_weights[:, [i]] * one for i, one in enumerate(lags)))
         return self.target - (explained - (explained @ self.basis.T) @ self.basis)
 
     def by_half_cycle(self, residuals: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -109,14 +136,44 @@ class Regression:
         """The predicted ones of the blocks from `first` on, along the last axis."""
         return blocks if self.predicted.all() else blocks[..., self.predicted]
 
-    def _solve(self, regressors: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Weights of the regressors and the residual sum of squares, by normal equations without the shared part."""
-        shared = regressors @ self.basis.T
+    def _products_of_regressors(self, regressors: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
+        """Products of regressors with the basis, with each other and with the target, of each candidate."""
         squares = regressors @ regressors.transpose(0, 2, 1)
+        return regressors @ self.basis.T, squares, regressors @ self.target
+
+    def _products(self, x: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
+        """The same of the lag sums of positions `x`, without forming them: a product depends on two lags.
+
+        The products of lags i + 1 and j + 1 are those of i and j but for one sample at each end.
+        """
+        n, first = self.pv.size, self.first
+        own = LaggedSignal(x, 1, np.repeat(np.arange(len(self.edges) - 1), np.diff(self.edges)))
+        now, longest = x[:, np.newaxis, first - 1 : n - 1], own.groups.size
+        own_products = [now @ x[:, first - 1 - k : n - 1 - k, np.newaxis] for k in range(longest)]
+        firsts = np.concatenate([*own_products, *own_products[1:]], axis=2)[:, 0]
+        firsts = np.concatenate([firsts, x @ self.first_products], axis=1)
+        lost = first + np.flatnonzero(~self.predicted)
+        lost_sums = _lag_sums_at(own, lost) if lost.size else np.empty(0)
+        products, begin = [], 0
+        for z in (own, *self.shared):
+            end = begin + z.groups.size + longest - 1
+            sums = np.zeros((len(x), own.groups[-1] + 1, z.groups[-1] + 1))
+            add_lag_products(x, z.values, first, z.shortest, firsts[:, begin:end], own.groups, z.groups, sums)
+            products.append(sums - lost_sums @ _lag_sums_at(z, lost).transpose(0, 2, 1) if lost.size else sums)
+            begin = end
+        shared = np.concatenate(products[1:], axis=2)
+        with_basis = shared @ self.weights
+        explained = self.basis @ self.choose(self.pv[first:])
+        return with_basis, products[0], shared[:, :, 1] - with_basis @ explained
+
+    def _solve(
+        self, shared: NDArray[np.float64], squares: NDArray[np.float64], right: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Weights of the regressors and the residual sum of squares, by normal equations without the shared part."""
         size = np.sqrt(np.einsum("vgg->vg", squares)) + TINY
         normal = (squares - shared @ shared.transpose(0, 2, 1)) / size[:, :, None] / size[:, None, :]
         normal[:, range(normal.shape[1]), range(normal.shape[1])] += RIDGE
-        right = (regressors @ self.target) / size
+        right = right / size
         weights = np.linalg.solve(normal, right[..., None])[..., 0]
         energy = float(self.target @ self.target)
         error = np.maximum(energy - (weights * right).sum(axis=1), MIN_ERROR * self.n_predicted)
@@ -171,19 +228,21 @@ def build_regression(
     op_lags = min(OP_LAGS, pv_lags)
     first = max(int(min(time_scale, n // 4)), longest + 1, pv_lags + 1)
     y, u = standardise(pv), standardise(op.reshape(n, per_block).mean(axis=1))
-    shared = [np.ones(n - first)]
-    shared += [y[first - lag : n - lag] for lag in range(1, pv_lags + 1)]
-    shared += [u[first - lag : n - lag] for lag in range(1, op_lags + 1)]
+    shared = [(np.ones(n), 0, 1), (y, 0, pv_lags + 1), (u, 1, op_lags)]
+    shared = [LaggedSignal(x[np.newaxis], shortest, np.arange(count)) for x, shortest, count in shared]
+    rows = np.array([one.values[0, first - lag : n - lag] for one in shared for lag in one.lags])
     predicted = np.ones(n - first, dtype=bool) if gaps is None else ~_reaches(gaps, pv_lags)[first:]
     predicted |= 2 * np.count_nonzero(predicted) < n - first  # so many short gaps that the filled values must serve
-    basis = orthonormal_rows(np.array(shared)[:, predicted])
-    y_predicted = y[first:][predicted]
+    y_predicted = rows[1, predicted]
+    rows[1] = 0.0
+    basis, weights = orthonormal_rows(rows[:, predicted])
     target = y_predicted - (y_predicted @ basis.T) @ basis
     count = max(round(2.0 * target.size / max(time_scale, 8.0)), 4)
     half_cycles = np.linspace(0, target.size, count + 1).round().astype(np.int64)[1:]
     return Regression(
-        np.ascontiguousarray(op), per_block, y, first, tuple(edges), basis, target, op_lags, predicted,
-        np.unique(half_cycles),
+        np.ascontiguousarray(op), per_block, y, first, tuple(edges), basis, target, tuple(shared),
+        np.hstack([_first_products(one, first, longest) for one in shared]), weights,
+        op_lags, predicted, np.unique(half_cycles),
     )  # fmt: skip
 
 
@@ -193,11 +252,35 @@ def _reaches(gaps: NDArray[np.bool_], lags: int) -> NDArray[np.bool_]:
     return total[lags + 1 :] > total[: -lags - 1]
 
 
-def orthonormal_rows(rows: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Orthonormal basis of the row space; rows that are nearly combinations of others are left out."""
+def _first_products(signal: LaggedSignal, first: int, longest: int) -> NDArray[np.float64]:
+    """Part of `Regression.first_products` for one signal and lags of the position from 1 to `longest`."""
+    pairs = [(1, lag) for lag in signal.lags] + [(lag, signal.shortest) for lag in range(2, longest + 1)]
+    n = signal.values.size
+    columns = np.zeros((n, len(pairs)))
+    for k, (of_position, of_signal) in enumerate(pairs):
+        columns[first - of_position : n - of_position, k] = signal.values[0, first - of_signal : n - of_signal]
+    return columns
+
+
+def _lag_sums_at(signal: LaggedSignal, blocks: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Sums of the lags of each group at some blocks, shape (n_signals, n_groups, n_blocks)."""
+    lagged = signal.values[:, blocks - signal.lags[:, np.newaxis]]
+    return np.add.reduceat(lagged, np.flatnonzero(np.diff(signal.groups, prepend=-1)), axis=1)
+
+
+def orthonormal_rows(rows: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Orthonormal basis of the row space, and the weights which make it of the rows, shape (n_rows, n_basis).
+
+    Rows that are nearly combinations of earlier ones are left out.
+    """
     Q, R = np.linalg.qr(rows.T)
     size = np.abs(np.diag(R))
-    return np.ascontiguousarray(Q[:, size > 1e-9 * size.max()].T)
+    used = size > 1e-9 * size.max()
+    if not used.all():
+        Q, R = np.linalg.qr(rows[used].T)
+    weights = np.zeros((len(rows), R.shape[0]))
+    weights[used] = np.linalg.inv(R)
+    return np.ascontiguousarray(Q.T), weights
 
 
 @cache

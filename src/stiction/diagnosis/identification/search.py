@@ -67,15 +67,16 @@ def search_behind_lags(coarse: Regression, fine: Regression, best: Valve, max_S:
     """
     S = np.minimum(best.S * np.exp(np.linspace(-0.6, 0.1, 10)), max_S)
     grid = combinations(S, np.linspace(0.0, 1.0, 4), np.array([best.rests]), np.zeros(1))
-    sticky, deadband = [], []
-    for lag in ACTUATOR_LAGS.tolist():
-        slow, slow_fine = (one.behind_lag(lag * one.per_block / fine.per_block) for one in (coarse, fine))
-        found = slow.evaluate(grid)
-        without_jump = Candidates(found.valves[found.valves[:, 1] == 0.0], found.cost[found.valves[:, 1] == 0.0])
-        for costs, rows, steps in ((sticky, found, LAG_STEPS), (deadband, without_jump, _without_jump(LAG_STEPS))):
-            started = slow_fine.evaluate(rows.local_minima(3, 0.05, 0.2))
-            costs.append(float(pattern_search(slow_fine.evaluate, started, steps, max_S).cost.min()))
-    return min(sticky), min(deadband)
+    lags = [float(lag) for lag in ACTUATOR_LAGS]
+    found = [coarse.behind_lag(lag * coarse.per_block / fine.per_block).evaluate(grid) for lag in lags]
+    costs = []
+    for rows, steps in ((grid[:, 1] >= 0.0, LAG_STEPS), (grid[:, 1] == 0.0, _without_jump(LAG_STEPS))):
+        likeliest = int(np.argmin([one.cost[rows].min() for one in found]))
+        behind_lag = fine.behind_lag(lags[likeliest])
+        starts = Candidates(grid[rows], found[likeliest].cost[rows]).local_minima(3, 0.05, 0.2)
+        refined = pattern_search(behind_lag.evaluate, behind_lag.evaluate(starts), steps, max_S)
+        costs.append(float(refined.cost.min()))
+    return costs[0], costs[1]
 
 
 ACTUATOR_LAGS = 0.8 * np.array([1.0, 2.0, 2.0**2])

@@ -7,7 +7,14 @@ import numpy as np
 from stiction.models.component import TIE_TOLERANCE
 from stiction.models.numba_compile import kernel
 
-__all__ = ["as_valve_arrays", "relay_signals", "valve_positions", "whole_position"]
+__all__ = [
+    "add_lag_products",
+    "as_valve_arrays",
+    "process_products",
+    "relay_signals",
+    "valve_positions",
+    "whole_position",
+]
 
 
 @kernel
@@ -56,6 +63,57 @@ def relay_signals(x, low, high, out):
             elif x[k] <= low[i]:
                 state = -1.0
             out[i, k] = state
+
+
+@kernel
+def add_lag_products(x, z, first, shortest, first_products, x_groups, z_groups, out):
+    """Add to `out` (n, n_x_groups, n_z_groups) the sums over t >= `first` of x[t - 1 - i] z[t - `shortest` - j].
+
+    `first_products` (n, n_z_lags + n_x_lags - 1) are those of i = 0, then those of j = 0. `x` has n rows, `z` 1 or n.
+    """
+    last, n_z = x.shape[1] - 1, z_groups.size
+    for v in range(x.shape[0]):
+        w = v if z.shape[0] > 1 else 0
+        for k in range(first_products.shape[1]):
+            i, j = (0, k) if k < n_z else (k - n_z + 1, 0)
+            total = first_products[v, k]
+            out[v, x_groups[i], z_groups[j]] += total
+            for step in range(1, min(x_groups.size - i, n_z - j)):
+                p, q = i + step, j + step
+                total += x[v, first - 1 - p] * z[w, first - shortest - q]
+                total -= x[v, last - p] * z[w, last + 1 - shortest - q]
+                out[v, x_groups[p], z_groups[q]] += total
+
+
+@kernel
+def process_products(u, keep_slow, keep_fast, dead_time, target, first, last):
+    """Products of the answer of a process to `u` with itself and with `target`, summed from `first` to `last`.
+
+    The process has unit gain, two lags which keep a share of their state from sample to sample (1 for an integrator)
+    and a dead time, which need not be whole [samples]. The answer is taken about its mean over the record.
+    """
+    whole = int(dead_time)
+    part = dead_time - whole
+    slow, fast = 0.0, 0.0
+    now = (1.0 - keep_fast) * (u[0] if keep_slow == 1.0 else (1.0 - keep_slow) * u[0])
+    before = now
+    total, in_part, square, cross, of_target = 0.0, 0.0, 0.0, 0.0, 0.0
+    for k in range(u.size):
+        if k >= whole:
+            x = u[k - whole]
+            slow = slow + x if keep_slow == 1.0 else keep_slow * slow + (1.0 - keep_slow) * x
+            fast = keep_fast * fast + (1.0 - keep_fast) * slow
+            before = now
+            now = fast
+        answer = now + part * (before - now)
+        total += answer
+        if first <= k < last:
+            in_part += answer
+            square += answer * answer
+            cross += answer * target[k]
+            of_target += target[k]
+    mean = total / u.size
+    return square - 2.0 * mean * in_part + (last - first) * mean * mean, cross - mean * of_target
 
 
 def as_valve_arrays(valves: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
