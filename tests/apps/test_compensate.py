@@ -190,7 +190,7 @@ def test_a_loop_that_breaks_is_a_row(run, folder, sticky_file, monkeypatch):
         (["a.csv", "--work-order", "a.csv"], 2, "would replace the record"),
         (["a.csv", "--work-order", "o", "--structured-text", "o"], 2, "would replace --structured-text"),
         (["a.csv", "--report", "a.csv"], 2, "--report a.csv would replace the record a.csv"),
-        (["a.csv", "--structured-text", "none/k.st"], 3, "Cannot write"),
+        (["a.csv", "--structured-text", "none/k.st"], 3, "cannot be written"),
         (["none.csv"], 3, "no such file"),
         (["--valve", "ideal"], 2, "no S and J"),
         (["--valve", "kano:S=3,J=1", "--work-order", "w.md"], 2, "needs a record"),

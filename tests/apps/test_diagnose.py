@@ -205,7 +205,7 @@ def test_a_report_that_cannot_be_written_is_refused_before_the_work(place, run, 
     monkeypatch.setattr("stiction.apps.diagnose.read_sources", lambda *_: pytest.fail("the work was begun"))
     done = run("diagnose", "a.csv", "--report", place)
     assert done.code == 3
-    assert "Cannot write" in done.err
+    assert "cannot be written" in done.err
     assert sorted(path.name for path in folder.iterdir()) == ["a.csv", "file"]
 
 

@@ -103,7 +103,7 @@ def test_options_of_the_other_kind_are_refused(argv, says, run):
         (["analyse", "ramp", "alone.csv"], 3, "no loop with OP and PV or valve position (MV) was found"),
         (["analyse", "step", "alone.csv"], 3, "--column op=NAME --column mv=NAME"),
         (["analyse", "step", "still.csv"], 3, "OP"),
-        (["analyse", "ramp", "still.csv", "--report", "none/v.html"], 3, "Cannot write"),
+        (["analyse", "ramp", "still.csv", "--report", "none/v.html"], 3, "cannot be written"),
         (["frob"], 2, "Unknown command"),
     ],
 )

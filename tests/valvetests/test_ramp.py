@@ -157,7 +157,7 @@ def test_plan_goes_to_a_file_whole_and_comes_back(tmp_path):
     assert plan.upset == 5.0
     assert plan.op[0] == plan.op[-1] == 10.0
     assert (plan.op.min(), plan.op.max()) == (5.0, 15.0)
-    with pytest.raises(st.ParameterError, match="cannot be written"):
+    with pytest.raises(st.RecordError, match="cannot be written, because there is no folder"):
         plan.to_csv(tmp_path / "nowhere" / "plan.csv")
 
 

@@ -67,7 +67,7 @@ def write_plant_files(plant: SimulatedPlant, folder: Path) -> tuple[Path, Path, 
 
     import polars as pl
 
-    from stiction.report.atomic_write import write_atomically
+    from stiction.records.atomic_write import write_atomically
 
     first = plant.records[0]
     start = first.start

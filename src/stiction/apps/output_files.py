@@ -41,21 +41,17 @@ def check_target(path: str) -> Path:
     RecordError
         When the folder is missing or cannot be written to, or the path is a folder.
     """
+    from stiction.records.atomic_write import require_file_path, unwritable_error
+
     target = Path(path).expanduser()
-    folder = target.parent
     if target.exists() and not (target.is_file() or target.is_dir()):
         return target
-    if target.is_dir():
-        raise RecordError(f"Cannot write {target}: it is a folder; give the name of a file.")
-    if not folder.is_dir():
-        raise RecordError(f"Cannot write {target}: there is no folder {folder}; create it or choose another.")
+    require_file_path(target)
     try:
-        with tempfile.TemporaryFile(dir=folder):
+        with tempfile.TemporaryFile(dir=target.parent):
             pass
     except OSError as error:
-        raise RecordError(
-            f"Cannot write {target}: {error.strerror or error}; choose a folder you may write to."
-        ) from None
+        raise unwritable_error(target, error) from None
     return target
 
 
@@ -171,8 +167,10 @@ def write_text(text: str, path: Path) -> None:
         except BrokenPipeError:
             raise
         except OSError as error:
-            raise RecordError(f"Cannot write {path}: {error.strerror or error}; give another file.") from None
+            raise RecordError(
+                f"cannot be written ({error.strerror or error}); give another file.", where=path
+            ) from None
         return
-    from stiction.report.atomic_write import write_atomically
+    from stiction.records.atomic_write import write_atomically
 
     write_atomically(text, path)

@@ -10,7 +10,7 @@ import numpy as np
 
 from stiction.fleet.compare import confirmed_share, has_finding
 from stiction.fleet.loop_oscillations import signal_at
-from stiction.report.atomic_write import write_atomically
+from stiction.records.atomic_write import write_atomically
 from stiction.report.fleet_figures import group_spectra, group_trends, treemap
 from stiction.report.page import _asset, _sha256
 from stiction.report.rendering import environment

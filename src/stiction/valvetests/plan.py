@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import csv
-import os
-import tempfile
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from stiction.errors import ParameterError, require_finite
+from stiction.records.atomic_write import write_atomically
 from stiction.valvetests.result import json_ready
 
 if TYPE_CHECKING:
+    import os
+    from pathlib import Path
+
     from numpy.typing import NDArray
 
 __all__ = ["TestPlan", "require_range_in_span"]
@@ -76,26 +76,11 @@ class TestPlan:
 
         Raises
         ------
-        ParameterError
+        RecordError
             When the file cannot be written.
         """
-        target = Path(path)
-        scratch = None
-        try:
-            handle, scratch = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
-            with os.fdopen(handle, "w", newline="", encoding="utf-8") as file:
-                writer = csv.writer(file, lineterminator="\n")
-                writer.writerow(["time_s", "OP"])
-                writer.writerows((f"{t:.9g}", f"{u:.6f}") for t, u in zip(self.time, self.op, strict=True))
-            os.chmod(scratch, 0o644)
-            os.replace(scratch, target)
-        except OSError as problem:
-            if scratch is not None:
-                Path(scratch).unlink(missing_ok=True)
-            raise ParameterError(
-                f"{target} cannot be written ({problem.strerror}); give a path in a folder that exists."
-            ) from None
-        return target
+        rows = (f"{t:.9g},{u:.6f}" for t, u in zip(self.time, self.op, strict=True))
+        return write_atomically("\n".join(["time_s,OP", *rows, ""]), path)
 
 
 def require_range_in_span(low: float, high: float, names: tuple[str, str] = ("low", "high")) -> tuple[float, float]:

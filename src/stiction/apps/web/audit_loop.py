@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
@@ -35,6 +34,8 @@ def prepare_audit_loop(folder: str, key: int, target: str) -> None:
     target : str
         Folder for `content.json` and `signals.npz`.
     """
+    from stiction.records.atomic_write import write_atomically
+
     audit = load_audit(folder)
     tag = tag_of_loop(folder, key)
     row = audit.row(tag)
@@ -50,9 +51,7 @@ def prepare_audit_loop(folder: str, key: int, target: str) -> None:
         note = "raw samples of the source" + _change_note(audit, tag, row, record)
         content = _diagnose(audit, row, record)
         _write_signals(record, content.pop("arrays"), place, note)
-    draft = place / "content.json.part"
-    draft.write_text(json.dumps(content, allow_nan=False), encoding="utf-8")
-    os.replace(draft, place / "content.json")
+    write_atomically(json.dumps(content, allow_nan=False), place / "content.json")
 
 
 def write_audit_record(folder: str, key: int, path: str) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stiction.errors import RecordError
+from stiction.records.atomic_write import write_atomically
 from stiction.sources.roles.loop_roles import ROLES, LoopRoles, column_label
 from stiction.sources.roles.vocabulary import loop_type_of
 
@@ -194,7 +195,4 @@ def map_text(loops: Sequence[LoopRoles]) -> str:
 
 def write_map(loops: Sequence[LoopRoles], path: str | PathLike[str]) -> None:
     """Write the roles of loops as a mapping file; an existing file is replaced in one step."""
-    target = Path(path)
-    draft = target.with_name(f".{target.name}.part")
-    draft.write_text(map_text(loops), encoding="utf-8")
-    draft.replace(target)
+    write_atomically(map_text(loops), path)
