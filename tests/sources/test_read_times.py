@@ -187,7 +187,7 @@ def test_uneven_stamps_are_held_never_interpolated(table, read_text):
         moment = t[0] + record.time[k]
         last = max(i for i in range(300) if t[i] <= moment + 1e-6)
         assert (record.op[k], record.pv[k]) == (op[last], pv[last])
-    assert any("held" in guess for guess in record.provenance.assumptions)
+    assert any("each value is used until the next one" in guess for guess in record.provenance.assumptions)
 
 
 def test_jittering_stamps_keep_every_row(signals, table, read_text):

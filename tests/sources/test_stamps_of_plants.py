@@ -112,7 +112,7 @@ def test_a_zone_by_its_name_is_a_wall_clock_and_said_so(signals, table, read_tex
     _, pv, op, _ = signals
     [record] = read_text(table("Time,PV,OP", cells(FORMS["Java"]), pv, op))
     assert record.start == START
-    assert any("zone CET is not looked up" in guess for guess in record.provenance.assumptions)
+    assert any("time zone CET is not known" in guess for guess in record.provenance.assumptions)
     [record] = read_text(table("Time,PV,OP", [cell.replace("CET", "UTC") for cell in cells(FORMS["Java"])], pv, op))
     assert record.start == START.replace(tzinfo=UTC)
     assert record.provenance.assumptions == ()

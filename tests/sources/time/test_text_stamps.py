@@ -90,7 +90,7 @@ def test_zones_become_utc(form, zone, hours, since_1970):
 def test_a_zone_by_its_name_is_a_wall_clock_with_a_note(since_1970):
     found = parse_text_stamps(pl.Series(["Sun Feb 01 13:00:05 CET 2026"]))
     assert (found.kind, found.seconds[0]) == ("local", since_1970(START))
-    assert "zone CET is not looked up" in found.notes[0]
+    assert "time zone CET is not known" in found.notes[0]
     found = parse_text_stamps(pl.Series(["Sun Feb 01 13:00:05 UTC 2026"]))
     assert (found.kind, found.notes) == ("utc", [])
 
