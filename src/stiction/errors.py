@@ -290,7 +290,7 @@ def require_positive(name: str, value: float, unit: str = "", *, infinite: bool 
 
 def require_probability(name: str, value: float) -> float:
     """Return `value` as a float above 0 and below 1, or refuse it."""
-    number = require_number(name, value)
+    number = _to_float(name, value, "")
     if not 0.0 < number < 1.0:
         raise ParameterError(
             Setting(name), f" = {number:g} is not a probability",

@@ -101,8 +101,8 @@ def test_a_good_valve_is_an_answer(run, folder, healthy_csv):
     assert done.code == 0
     assert "No advice." in done.out
     assert "nothing to compensate" in done.out
-    assert "Structured text: not written; No stiction was found" in done.out
-    assert "Work order: not written; the valve needs no work." in done.out
+    assert "Structured text: not written. No stiction was found" in done.out
+    assert "Work order: not written. The valve needs no work." in done.out
     assert sorted(path.name for path in folder.iterdir()) == ["h.csv", "r.html"]
     [loop] = strict(run("compensate", "h.csv", "--json").out)
     assert loop.keys() == KEYS

@@ -125,7 +125,7 @@ def test_a_number_outside_its_limits_is_refused_with_both_limits(name: str, side
         ({"compensator": "magic"}, "use one of none"),
         ({"dt": 0.001, "duration": 1000.0}, "at most 20 s are simulated"),
         ({"dt": 0.01, "duration": 100.0, "dead_time": 3000.0}, "longer than 200,000 samples"),
-        ({"duration": 5.0}, "less than 10 samples"),
+        ({"duration": 5.0}, "shorter than 10 samples"),
         ({"op_low": 60.0, "op_high": 40.0}, "raise the upper one"),
     ],
 )

@@ -125,7 +125,7 @@ def objections(
         if per_period < FEWEST_SAMPLES:
             found.append(f"a period has {per_period:.1f} samples, {FEWEST_SAMPLES:.0f} are needed")
     if loop_types and record.loop_type not in loop_types:
-        found.append(f"the method is for {' and '.join(loop_types)} loops, this is a {record.loop_type} loop")
+        found.append(f"the method is for {' and '.join(loop_types)} loops, the type of this loop is {record.loop_type}")
     elif integrating is not None and record.integrating is not integrating:
         made = "an integrating" if integrating else "a self-regulating"
         other = "of unknown type" if record.integrating is None else "not of this type"
