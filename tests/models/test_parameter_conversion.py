@@ -52,7 +52,7 @@ REFUSED = [
     (st.Kano(3.0, 1.0), "Ideal", {}, "bands of 0"),
     (st.He(2.0, 1.0), "Srinivasan", {}, "give dt"),
     (st.He(2.0, 1.0), "Srinivasan", {"dt": -1.0}, "dt = -1 s is not positive"),
-    (st.He(2.0, 1.0), "Kano", {"r": 1.0}, "is no parameter of Kano"),
+    (st.He(2.0, 1.0), "Kano", {"r": 1.0}, "is not a parameter of Kano"),
     (st.Srinivasan(2.0, 1.0, 0.5), "Kano", {}, "Set r = 0 first"),
     (st.Srinivasan(2.0, 1.0, 0.5), "Choudhury", {}, "Set r = 0 first"),
     (st.Srinivasan(2.0, 2.0, 0.5), "Stenman", {}, "Set r to infinity"),

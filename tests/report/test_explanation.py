@@ -88,9 +88,9 @@ def test_five_causes_have_a_row_each(found):
 def test_both_processes_are_described():
     valve = identification(record())
     lines = dict(describe_identification(replace(valve, linear=ProcessFit(1.2, 5.0, 2.0, True)), "%"))
-    sticky = "Gain 3 PV units per %, time constant 10 s, dead time 10 s."
+    sticky = "gain 3 PV units per %, time constant 10 s, dead time 10 s."
     assert lines["Process with the sticky valve"].replace("\u00a0", " ") == sticky
-    good = "Integrating process, gain 1.2 PV units per % and second, dead time 2 s."
+    good = "integrating process, gain 1.2 PV units per % and second, dead time 2 s."
     assert lines["Process with a good valve"].replace("\u00a0", " ") == good
 
 

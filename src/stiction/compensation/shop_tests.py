@@ -111,7 +111,7 @@ def acceptance_criteria(S: float = math.inf) -> tuple[str, ...]:
     >>> acceptance_criteria()[0]
     'deadband plus stickband, S, at most 1 % of span (customary limit, EnTech 1998, recalled)'
     """
-    limit, source = sum(residual_stiction(S)), "EnTech 1998, recalled"
+    limit, source = sum(residual_stiction(S)), "EnTech 1998, cited from memory"
     why = f"customary limit, {source}"
     if limit < CUSTOMARY_LIMIT_PERCENT:
         usual = f"{CUSTOMARY_LIMIT_PERCENT:g} %"

@@ -9,7 +9,7 @@ import numpy as np
 
 from stiction.diagnosis.identification.alternatives import alternative_costs, good_valve_cost, process_gains
 from stiction.diagnosis.identification.candidates import joined
-from stiction.diagnosis.identification.dead_zone import DeadZone, count_reversals
+from stiction.diagnosis.identification.dead_zone import DeadZone
 from stiction.diagnosis.identification.intervals import interval_features, intervals, segment_estimates, trend
 from stiction.diagnosis.identification.process_fit import compared_part, fit_process, simulate_process
 from stiction.diagnosis.identification.regression import MAX_POSITION_LAG, build_regression, one_thread
@@ -23,6 +23,7 @@ from stiction.diagnosis.identification.search import (
 )
 from stiction.diagnosis.identification.signals import BlockSignals, block_signals, remove_local_mean
 from stiction.diagnosis.identification.stems import whole_position
+from stiction.records.quality.movement import count_reversals
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

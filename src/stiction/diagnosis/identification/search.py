@@ -69,7 +69,7 @@ def search_deadband(fine: Regression, found: Candidates, max_S: float) -> float:
 
 
 def search_behind_lags(coarse: Regression, fine: Regression, best: Valve, max_S: float) -> tuple[float, float]:
-    """Smallest costs of a sticky valve and of a valve with deadband alone whose actuators follow OP with a lag [-].
+    """Smallest costs of a sticky valve and of a valve with deadband only whose actuators follow OP with a lag [-].
 
     `best` is the most likely valve without a lag; by OP alone a lagging valve looks stickier than it is.
     """
