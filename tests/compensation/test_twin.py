@@ -349,7 +349,7 @@ def test_a_process_that_was_not_identified_is_not_blamed_on_a_given_controller()
 def test_a_controller_must_explain_nine_tenths_of_the_op(explained, taken, monkeypatch):
     page = importlib.import_module("stiction.compensation.controller_from_record")
     record = recorded(replace(LOOP, controller=st.PID(0.15, 12.0, op_limits=(0.0, 100.0))), 2500)
-    found = page.fit_controller(record)._replace(explained=explained)
+    found = replace(page.fit_controller(record), explained=explained)
     monkeypatch.setattr(page, "fit_controller", lambda _: found)
     monkeypatch.setattr(page, "_fit_filtered_derivative", lambda *_: (None, 0.0, 0.0))
     if taken:

@@ -9,10 +9,10 @@ import pytest
 from tests import naive
 
 import stiction as st
+from stiction.display.json_form import to_json
 from stiction.paper import equation5, equations6and7, errata, section5
 from stiction.paper.eqs1to3 import equations1to3
 from stiction.paper.eqs6to7 import measure_df
-from stiction.paper.to_plain import to_plain
 
 pytestmark = pytest.mark.quick
 
@@ -146,11 +146,11 @@ def test_section_5_measures_what_the_paper_says():
 
 def test_numbers_are_json_ready():
     for data in (errata(), equation5(), equations6and7(), section5()):
-        short, full = (json.dumps(to_plain(data, series=series)) for series in (False, True))
+        short, full = (json.dumps(to_json(data, series=series)) for series in (False, True))
         assert json.loads(full)
         assert len(short) <= len(full)
-    assert "position" not in to_plain(equation5(), series=False)["responses"][0]
-    assert to_plain(equation5())["responses"][0]["position"]["printed"][-1] == 1.0
+    assert "position" not in equation5().to_dict(series=False)["responses"][0]
+    assert equation5().to_dict()["responses"][0]["position"]["printed"][-1] == 1.0
 
 
 @pytest.mark.parametrize(

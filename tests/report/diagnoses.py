@@ -58,7 +58,7 @@ def identification(run, S=3.0, J=1.0, **more):
         "mv": mv,
         "pv": pv,
         "pv_linear": pv - 0.5,
-        "likelihood_ratios": {"good": 310.0, "deadband": 12.5, "nonlinear": 45.0, "periodic_load": -7.0},
+        "likelihood_ratios": {"good": 310.0, "deadband": 12.5, "relay_load": 45.0, "periodic_load": -7.0},
         "surface": surface(S, J),
         "segments": segments(len(run), 90.0, 120.0, 80.0, 75.0),
     }  # fmt: skip

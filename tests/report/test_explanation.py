@@ -58,7 +58,7 @@ def test_the_alternatives_are_those_of_the_identification(found):
     assert sorted(row[1] for row in table.rows) == sorted(map(labels.format_number, ratios.values()))
     assert table.rows[0][1] == labels.format_number(found.strongest_alternative[1])
     assert [row[0] for row in steps_of(diagnosis())[ALTERNATIVES].table.rows] == [
-        "periodic load", "nonlinear valve characteristic", "good valve", "apart: sticky valve without slip jump",
+        "periodic load", "switching load", "good valve", "apart: sticky valve without slip jump",
     ]  # fmt: skip
 
 

@@ -35,9 +35,9 @@ def print_err(text: str) -> None:
 
 def print_json(data: Any) -> None:
     """Print JSON without NaN or infinity."""
-    from stiction.apps.json_safe import json_safe
+    from stiction.display.json_form import to_json
 
-    _write(sys.stdout, json.dumps(json_safe(data), indent=2, allow_nan=False))
+    _write(sys.stdout, json.dumps(to_json(data), indent=2, allow_nan=False))
 
 
 def print_table(columns: Sequence[str], rows: Iterable[Sequence[object]], *, right: Sequence[str] = ()) -> None:

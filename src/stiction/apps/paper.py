@@ -40,9 +40,9 @@ def paper(*, report: ReportOption = None, figure: int | None = None, as_json: Js
 
         write_paper_page(parts, target)
     if as_json:
-        from stiction.paper.to_plain import to_plain
+        from stiction.display.json_form import to_json
 
-        print_json({part: to_plain(data, series=figure is not None) for part, data in parts.items()})
+        print_json({part: to_json(data, series=figure is not None) for part, data in parts.items()})
         return 0
     print_out(f"{TITLE}\n{SOURCE}\nSimulated; the recorded data of the paper are not available.")
     for part, data in parts.items():

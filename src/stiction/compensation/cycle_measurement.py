@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from stiction.compensation.external_inputs import simulate_with_inputs
 from stiction.compensation.repair import stiction_of
 from stiction.compensation.replace_parts import replace_parts
 from stiction.diagnosis.oscillation import about_drift, control_error, filled, find_oscillation, half_cycles, smooth
+from stiction.display.json_form import Result, json_as
 from stiction.limitcycle.continuous_form import continuous_form
 from stiction.simulation import simulate
 
@@ -44,10 +45,10 @@ MAX_RESTING_SWING, LARGE_SWING_PERCENTILE = 0.4, 90.0
 
 
 @dataclass(frozen=True)
-class Cycle:
+class Cycle(Result):
     """Period and amplitudes of an oscillation."""
 
-    period: float
+    period: float = field(metadata=json_as("period_s"))
     """Period [s]; NaN when there is none."""
     amplitude_op: float
     """Half peak to peak of the OP [% of span]."""
@@ -55,12 +56,6 @@ class Cycle:
     """Half peak to peak of the PV [PV units]."""
     share: float = 1.0
     """Share of the periods in which the loop swings instead of resting [-]."""
-
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-ready form."""
-        names = ("period_s", "amplitude_op", "amplitude_pv", "share")
-        values = (self.period, self.amplitude_op, self.amplitude_pv, self.share)
-        return {name: float(x) if np.isfinite(x) else None for name, x in zip(names, values, strict=True)}
 
 
 NO_CYCLE = Cycle(float("nan"), 0.0, 0.0)

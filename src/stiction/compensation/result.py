@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from stiction.compensation.remedies import NO_ACTION
+from stiction.display.json_form import Result, json_as
 from stiction.display.result_display import ResultDisplay
 
 if TYPE_CHECKING:
+    import numpy as np
     from numpy.typing import NDArray
 
     from stiction.compensation.remedies import Remedy
@@ -21,7 +21,7 @@ __all__ = ["CompensationTrial", "LoopPerformance", "RemedyTrial"]
 
 
 @dataclass(frozen=True)
-class LoopPerformance:
+class LoopPerformance(Result):
     """Control performance and wear of a loop, means over the seeds."""
 
     pv_std: float
@@ -30,29 +30,26 @@ class LoopPerformance:
     """Integral of the absolute control error, divided by its time [PV units]."""
     offset: float
     """Absolute value of the mean control error [PV units]."""
-    travel: float
+    travel: float = field(metadata=json_as("travel_per_h"))
     """Stem travel [% of span per h]."""
-    reversals: float
+    reversals: float = field(metadata=json_as("reversals_per_h"))
     """Reversals of the stem [1/h]."""
-    op_travel: float
+    op_travel: float = field(metadata=json_as("op_travel_per_h"))
     """Travel of OP [% of span per h]."""
     sp_step: float
     """IAE after a set point step, divided by its time [PV units]."""
     load_step: float
     """IAE after a load step, divided by its time [PV units]."""
 
-    def to_dict(self) -> dict[str, float]:
-        """JSON-ready form."""
-        return {
-            "pv_std": self.pv_std, "iae": self.iae, "offset": self.offset, "travel_per_h": self.travel,
-            "reversals_per_h": self.reversals, "op_travel_per_h": self.op_travel, "sp_step": self.sp_step,
-            "load_step": self.load_step,
-        }  # fmt: skip
-
 
 @dataclass(frozen=True)
-class RemedyTrial:
+class RemedyTrial(Result):
     """One remedy on the twin, and its effect."""
+
+    _json_keys = (
+        "name", "remedy.words as words", "remedy.settings as settings", "behaviour", "improvement", "improvement_low",
+        "with_errors as with_30_percent_error", "worst as worst_with_30_percent_error", "cost", "at_hand",
+    )  # fmt: skip
 
     remedy: Remedy
     """The remedy."""
@@ -85,20 +82,15 @@ class RemedyTrial:
         """Whether it raises the PV deviation by more than 5 % when S and J are wrong by 30 %."""
         return self.worst > 1.05
 
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-ready form."""
-        return {
-            "name": self.name, "words": self.remedy.words, "settings": self.remedy.settings,
-            "behaviour": self.behaviour.to_dict(), "improvement": self.improvement,
-            "improvement_low": self.improvement_low,
-            "with_30_percent_error": list(self.with_errors),
-            "worst_with_30_percent_error": self.worst, "cost": self.cost, "at_hand": self.at_hand,
-        }  # fmt: skip
-
 
 @dataclass(frozen=True)
 class CompensationTrial(ResultDisplay, kind="trial"):
     """All remedies for a sticky valve, tried on the loop's twin and ranked."""
+
+    _json_keys = (
+        "tag", "recommended", "refused", "expected as expected_improvement", "reason", "risk", "S", "J", "weights",
+        "seeds", "remedies", "twin", "retuning", "trends",
+    )  # fmt: skip
 
     tag: str
     """Name of the loop."""
@@ -155,25 +147,3 @@ class CompensationTrial(ResultDisplay, kind="trial"):
                 f"{one.worst:>7.2f}{one.cost:>7.2f}"
             )
         return "\n".join([head, *rows, "(relative to doing nothing; offset relative to the PV std of doing nothing)"])
-
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-ready form."""
-        return {
-            "tag": self.tag,
-            "recommended": self.recommended,
-            "refused": self.refused,
-            "expected_improvement": self.expected if np.isfinite(self.expected) else None,
-            "reason": self.reason,
-            "risk": self.risk,
-            "S": self.S if np.isfinite(self.S) else None,
-            "J": self.J if np.isfinite(self.J) else None,
-            "weights": dict(self.weights),
-            "seeds": self.seeds,
-            "remedies": [one.to_dict() for one in self.remedies],
-            "twin": None if self.twin is None else self.twin.to_dict(),
-            "retuning": None if self.retuning is None else self.retuning.to_dict(),
-            "trends": {
-                name: {signal: [float(x) for x in series] for signal, series in run.items()}
-                for name, run in self.trends.items()
-            },
-        }  # fmt: skip

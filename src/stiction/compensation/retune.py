@@ -16,12 +16,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stiction.compensation.repair import stiction_of
 from stiction.compensation.replace_parts import replace_parts
+from stiction.display.json_form import Result, json_as
 from stiction.errors import ParameterError, require_positive, require_samples
 from stiction.limitcycle import describing_function, predict_limit_cycles
 from stiction.limitcycle.continuous_form import is_frictionless
@@ -48,36 +49,33 @@ MAX_REMAINING_SHARE = 0.02
 
 
 @dataclass(frozen=True)
-class TradeOff:
+class TradeOff(Result):
     """One setting of the controller, with the remaining cycle and the control performance."""
 
     Kc: float
     """Proportional gain [% of span per PV unit]."""
-    Ti: float
+    Ti: float = field(metadata=json_as("Ti_s"))
     """Integral time [s]."""
     pv_std: float
     """Standard deviation of the PV in the remaining cycle, without noise [PV units]."""
-    travel: float
+    travel: float = field(metadata=json_as("travel_per_h"))
     """Stem travel in that cycle [% of span per h]."""
-    load_iae: float
+    load_iae: float = field(metadata=json_as("load_iae_ratio"))
     """IAE of a load step with a good valve, relative to the present setting [-]."""
     Ms: float
     """Maximum sensitivity with a good valve [-]."""
     allowed: bool
     """Whether both limits are met."""
 
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-ready form."""
-        return {
-            "Kc": self.Kc, "Ti_s": self.Ti, "pv_std": self.pv_std, "travel_per_h": self.travel,
-            "load_iae_ratio": self.load_iae if np.isfinite(self.load_iae) else None,
-            "Ms": self.Ms if np.isfinite(self.Ms) else None, "allowed": self.allowed,
-        }  # fmt: skip
-
 
 @dataclass(frozen=True)
-class Retuning:
+class Retuning(Result):
     """The setting with the smallest cycle within the limits, and all settings that were tried."""
+
+    _json_keys = (
+        "controller.Kc as Kc", "controller.Ti as Ti_s", "controller.Td as Td_s", "cycle_left", "margin",
+        "predicted as predicted_cycles", "improvement", "curve", "reason",
+    )  # fmt: skip
 
     controller: PID
     """The setting; the present one when none is better."""
@@ -97,14 +95,6 @@ class Retuning:
     def summary(self) -> str:
         """Return the result as a sentence."""
         return self.reason
-
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-ready form."""
-        return {
-            "Kc": self.controller.Kc, "Ti_s": self.controller.Ti, "Td_s": self.controller.Td,
-            "cycle_left": self.cycle_left, "margin": self.margin, "predicted_cycles": self.predicted,
-            "improvement": self.improvement, "curve": [one.to_dict() for one in self.curve], "reason": self.reason,
-        }  # fmt: skip
 
 
 def retune(loop: Loop, period: float, *, load_limit: float = 2.0, Ms_limit: float = 2.0) -> Retuning:

@@ -28,6 +28,7 @@ from stiction.compensation.external_inputs import ExternalInputs
 from stiction.compensation.refine_model import refine_model
 from stiction.compensation.repair import stiction_of
 from stiction.display.duration_format import format_seconds
+from stiction.display.json_form import Result, fields_to_json, to_json
 from stiction.errors import RecordError
 from stiction.models import Kano, Loop, TransferFunction
 from stiction.records.analysis_window import analysis_window, usable_segment
@@ -56,8 +57,13 @@ TWIN_SAMPLES_PER_SAMPLE = 5
 
 
 @dataclass(frozen=True)
-class Twin:
+class Twin(Result):
     """A simulated copy of a loop."""
+
+    _json_keys = (
+        "loop.dt as dt_s", "loop.noise as noise", "unexplained", "sp", "op", "measured", "simulated", "score", "fits",
+        "reason", "changes", "overlay",
+    )  # fmt: skip
 
     loop: Loop
     """Controller, valve, process and noise."""
@@ -103,32 +109,18 @@ class Twin:
             f"twin: {format_seconds(b.period)}, {b.amplitude_op:.3g} %, {b.amplitude_pv:.3g}."
         )
 
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-ready form."""
+    def to_dict(self, *, series: bool = True) -> dict[str, Any]:
+        """JSON-ready form, with the stiction, the controller and the process of the loop."""
         S, J = stiction_of(self.loop.valve) or (None, None)
         pid, process = self.loop.controller, self.loop.process
-        return {
+        polynomials = {name: list(getattr(process, name, ())) for name in ("num", "den")}
+        parts = {
             "S": S,
             "J": J,
-            "controller": {"Kc": pid.Kc, "Ti_s": pid.Ti if np.isfinite(pid.Ti) else None, "Td_s": pid.Td},
-            "process": {
-                "num": [float(x) for x in getattr(process, "num", ())],
-                "den": [float(x) for x in getattr(process, "den", ())],
-                "dead_time_s": process.dead_time,
-            },
-            "dt_s": self.loop.dt,
-            "noise": self.loop.noise,
-            "unexplained": self.unexplained,
-            "sp": self.sp,
-            "op": self.op,
-            "measured": self.measured.to_dict(),
-            "simulated": self.simulated.to_dict(),
-            "score": self.score if np.isfinite(self.score) else None,
-            "fits": self.fits,
-            "reason": self.reason,
-            "changes": list(self.changes),
-            "overlay": {name: [float(x) for x in series] for name, series in self.overlay.items()},
+            "controller": {"Kc": pid.Kc, "Ti_s": pid.Ti, "Td_s": pid.Td},
+            "process": {**polynomials, "dead_time_s": process.dead_time},
         }
+        return {**to_json(parts), **fields_to_json(self, series=series)}
 
 
 def twin_of_loop(loop: Loop, *, sp: float = 50.0, op: float = 50.0) -> Twin:

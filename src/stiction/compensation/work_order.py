@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from stiction.compensation.prediction_text import format_settings, prediction_te
 from stiction.compensation.shop_tests import acceptance_criteria, plan_acceptance_test, plan_confirmation_tests
 from stiction.compensation.suspect_parts import SuspectPart, rank_suspects
 from stiction.diagnosis import Diagnosis
+from stiction.display.json_form import Result
 from stiction.display.number_format import format_interval, format_probability
 from stiction.errors import ParameterError, require_kind
 from stiction.records.analysis_window import usable_segment
@@ -32,7 +33,7 @@ SIGN_OFF = ("Tests before, by / date", "Work done, by / date", "Tests after, by 
 
 
 @dataclass(frozen=True)
-class WorkOrder:
+class WorkOrder(Result):
     """A work order; unknown facts are lines to fill in."""
 
     tag: str
@@ -79,18 +80,6 @@ class WorkOrder:
     def summary(self) -> str:
         """Return the order in two lines."""
         return f"{self.title}\n{' '.join(self.findings[:2])}"
-
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-ready form."""
-        plain = {f.name: getattr(self, f.name) for f in fields(self)}
-        for name, value in plain.items():
-            if isinstance(value, float):
-                plain[name] = value if math.isfinite(value) else None
-            elif isinstance(value, tuple):
-                plain[name] = list(value)
-        parts = [{"part": s.part, "sign": s.sign, "check": s.check} for s in self.suspects]
-        tests = {name: [plan.to_dict() for plan in getattr(self, name)] for name in ("before", "after")}
-        return {**plain, "suspects": parts, **tests}
 
     def to_text(self) -> str:
         """Return the page as Markdown."""

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from stiction.display.number_format import finite_or_none
+from stiction.display.json_form import Result, json_as
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -18,28 +18,25 @@ Verdict = Literal["stiction", "no_stiction", "undecided"]
 
 
 @dataclass(frozen=True, slots=True)
-class FurtherOscillation:
+class FurtherOscillation(Result):
     """An oscillation beside the main one, and no harmonic of it."""
 
-    period: float
+    period: float = field(metadata=json_as("period_s"))
     """Period [s]."""
     regularity: float
     """Thornhill's regularity r of what is left without the main oscillation [-]."""
     share: float
     """Share of the control error's variance that it carries, harmonics included [-]."""
 
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-ready form."""
-        return {
-            "period_s": finite_or_none(self.period),
-            "regularity": finite_or_none(self.regularity),
-            "share": finite_or_none(self.share),
-        }
-
 
 @dataclass(frozen=True, slots=True)
-class Oscillation:
+class Oscillation(Result):
     """Whether the loop oscillates, how fast and how regularly."""
+
+    _json_keys = (
+        "oscillating", "period as period_s", "regularity", "amplitude_pv", "amplitude_op", "cycles", "load_events",
+        "share", "others", "sp_cycles",
+    )  # fmt: skip
 
     oscillating: bool
     """True when the autocorrelation is regular or enough load events were counted."""
@@ -69,24 +66,9 @@ class Oscillation:
     sp_cycles: bool = False
     """Whether the set point repeats with the same period, as where a master controller cycles."""
 
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-ready form."""
-        return {
-            "oscillating": self.oscillating,
-            "period_s": finite_or_none(self.period),
-            "regularity": finite_or_none(self.regularity),
-            "amplitude_pv": finite_or_none(self.amplitude_pv),
-            "amplitude_op": finite_or_none(self.amplitude_op),
-            "cycles": finite_or_none(self.cycles),
-            "load_events": self.load_events,
-            "share": finite_or_none(self.share),
-            "others": [other.to_dict() for other in self.others],
-            "sp_cycles": self.sp_cycles,
-        }
-
 
 @dataclass(frozen=True, slots=True)
-class Evidence:
+class Evidence(Result):
     """What one method says about one loop: a row of the evidence table."""
 
     method: str
@@ -103,15 +85,3 @@ class Evidence:
     """The signal used, the condition, and what the index means here."""
     source: str = ""
     """Key of the source in references.bib."""
-
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-ready form."""
-        return {
-            "method": self.method,
-            "index": finite_or_none(self.index),
-            "threshold": finite_or_none(self.threshold),
-            "vote": self.vote,
-            "valid": self.valid,
-            "why": self.why,
-            "source": self.source,
-        }

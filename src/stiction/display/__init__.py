@@ -1,4 +1,4 @@
-"""Text for numbers and data checks. This room imports no other room."""
+"""Text for numbers and data checks, JSON, notebook cards and plots of results. This room imports no other room."""
 
 from stiction.display.check_text import describe_check
 from stiction.display.duration_format import format_seconds

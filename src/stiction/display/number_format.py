@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-__all__ = ["count_noun", "finite_or_none", "format_interval", "format_number", "format_probability"]
+__all__ = ["count_noun", "format_interval", "format_number", "format_probability"]
 
 MIN_SHARE_OF_INTERVAL = 1e-3
 """Share of the largest interval end below which a value is shown as 0 [-]."""
@@ -132,14 +132,3 @@ def format_probability(probability: float) -> str:
 def _power(value: float) -> int:
     """Power of ten of the first digit of a number other than 0."""
     return math.floor(math.log10(abs(value)))
-
-
-def finite_or_none(value: float) -> float | None:
-    """Give a number for JSON, which has neither NaN nor infinity [unit of `value`].
-
-    Examples
-    --------
-    >>> finite_or_none(2.5), finite_or_none(float("nan"))
-    (2.5, None)
-    """
-    return float(value) if math.isfinite(value) else None

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import Any, ClassVar
 
+from stiction.display.json_form import Result
 from stiction.errors import import_extra
 
 __all__ = ["ResultDisplay"]
 
 
-class ResultDisplay:
+class ResultDisplay(Result):
     """Card and plot of a result. A subclass names its kind, that of `plots.plot_KIND` and `notebook.KIND_html`."""
 
     __slots__ = ()

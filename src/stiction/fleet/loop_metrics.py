@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stiction.diagnosis.loop_state import find_saturated
+from stiction.display.json_form import Result
 from stiction.errors import ParameterError, require_finite, require_not_negative, require_positive
 from stiction.records.gaps import interpolate_gaps
 from stiction.records.quality.movement import count_reversals
@@ -26,7 +27,7 @@ SECONDS_PER_DAY = 86400.0
 
 
 @dataclass(frozen=True, slots=True)
-class LoopMetrics:
+class LoopMetrics(Result):
     """Numbers of one loop. NaN is unknown: no mode, no set point, or no span of the PV is given."""
 
     tag: str
@@ -58,11 +59,6 @@ class LoopMetrics:
         """The loop in a sentence."""
         part = max(self.severity_parts, key=lambda name: self.severity_parts[name])
         return f"{self.tag}: severity {self.severity:.2f}, mostly {part} ({self.severity_parts[part]:.2f})."
-
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-ready form; what is unknown is None."""
-        values = {one.name: getattr(self, one.name) for one in fields(self)}
-        return {name: None if isinstance(x, float) and not np.isfinite(x) else x for name, x in values.items()}
 
 
 def loop_metrics(

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 import os
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from stiction.display.json_form import Result, json_as
 from stiction.errors import ParameterError, require_count, require_kind, require_numbers, require_positive
 from stiction.limitcycle.exact.event_simulation import DIVERGED, SETTLED, STOPPED, TERMS, simulate_events
 from stiction.limitcycle.exact.packed_loop import PackedLoop, pack_loop
@@ -45,19 +46,19 @@ class Attractor:
     """Number of levels of a staircase, or period and amplitude."""
     share: float
     """Share of the starts [-]."""
-    period: tuple[float, float]
+    period: tuple[float, float] = field(metadata=json_as("period_s"))
     """Shortest and longest period in it [s]; a family of cycles has a range."""
     amplitude: tuple[float, float]
     """Smallest and largest OP amplitude in it [% of span]."""
 
 
 @dataclass(frozen=True)
-class BasinMap:
+class BasinMap(Result):
     """Limit cycle in which each start ends."""
 
     label: NDArray[np.int64]
     """Attractor of each start; -1 comes to rest, -2 did not settle in time, -3 runs away. Shape of the starts."""
-    period: NDArray[np.float64]
+    period: NDArray[np.float64] = field(metadata=json_as("period_s"))
     """Period reached [s], NaN where there is none."""
     amplitude: NDArray[np.float64]
     """OP amplitude reached [% of span], NaN where there is none."""
@@ -75,23 +76,6 @@ class BasinMap:
             if share:
                 lines.append(f"  {100.0 * share:.1f} % {words}")
         return "\n".join(lines)
-
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-ready form; NaN becomes None."""
-
-        def plain(x: np.ndarray) -> list[Any]:
-            return np.where(np.isfinite(x), x.astype(object), np.array(None)).tolist()
-
-        return {
-            "label": self.label.tolist(),
-            "period_s": plain(self.period),
-            "amplitude": plain(self.amplitude),
-            "level": plain(self.level),
-            "attractors": [
-                {"label": a.label, "name": a.name, "share": a.share, "period_s": a.period, "amplitude": a.amplitude}
-                for a in self.attractors
-            ],
-        }
 
 
 @kernel

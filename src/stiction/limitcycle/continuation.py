@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.display.json_form import Result
 from stiction.errors import ParameterError, StictionError, require_count, require_numbers
 from stiction.limitcycle.describing.staircase import require_families, rest_level_offset
 from stiction.limitcycle.exact.packed_loop import PackedLoop, pack_loop
@@ -33,6 +34,8 @@ _MAX_HALVINGS = 7
 class Branch:
     """One limit cycle over a range of the parameter."""
 
+    _json_keys = ("family", "values", "period as period_s", "amplitude", "stable", "born", "dies")
+
     family: str
     """Rest levels of a staircase: "half", "integer" or an offset; else empty."""
     values: NDArray[np.float64]
@@ -50,13 +53,18 @@ class Branch:
         return np.array([cycle.period for cycle in self.cycles])
 
     @property
+    def stable(self) -> list[bool | None]:
+        """Stability of each cycle; None where it could not be decided."""
+        return [cycle.stable for cycle in self.cycles]
+
+    @property
     def amplitude(self) -> NDArray[np.float64]:
         """Half peak to peak of the OP [% of span], shape (n,)."""
         return np.array([cycle.amplitude for cycle in self.cycles])
 
 
 @dataclass(frozen=True)
-class Bifurcation:
+class Bifurcation(Result):
     """All branches of limit cycles over one parameter."""
 
     parameter: str
@@ -78,25 +86,6 @@ class Bifurcation:
                 f"OP amplitude {b.amplitude[0]:.4g} to {b.amplitude[-1]:.4g} %."
             )
         return "\n".join(lines)
-
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-ready form."""
-        return {
-            "parameter": self.parameter,
-            "values": self.values.tolist(),
-            "branches": [
-                {
-                    "family": b.family,
-                    "values": b.values.tolist(),
-                    "period_s": b.period.tolist(),
-                    "amplitude": b.amplitude.tolist(),
-                    "stable": [cycle.stable for cycle in b.cycles],
-                    "born": b.born,
-                    "dies": b.dies,
-                }
-                for b in self.branches
-            ],
-        }
 
 
 def bifurcation(

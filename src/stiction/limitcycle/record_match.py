@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.display.json_form import Result, json_as
 from stiction.errors import RecordError
 from stiction.limitcycle.continuous_form import require_continuous_form
 from stiction.limitcycle.exact.search import exact_limit_cycles
@@ -30,14 +31,14 @@ _MAX_DISTANCE = 0.25
 
 
 @dataclass(frozen=True)
-class CycleMatch:
+class CycleMatch(Result):
     """The limit cycle that matches a record."""
 
     cycle: LimitCycle | None
     """The predicted cycle nearest to the record; None when no cycle is near."""
     distance: float
     """Root mean square of the log ratios of period and amplitudes [-]; 0.1 is about 10 % off."""
-    period: float
+    period: float = field(metadata=json_as("period_s"))
     """Period measured [s]."""
     amplitude: float
     """OP amplitude measured [% of span]."""
@@ -56,17 +57,6 @@ class CycleMatch:
             return f"{text} The loop has no other stable cycle."
         jumps = "; ".join(f"period {c.period:.4g} s, OP amplitude {c.amplitude:.4g} %" for c in self.others)
         return f"{text} It could jump to: {jumps}."
-
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-ready form."""
-        return {
-            "cycle": None if self.cycle is None else self.cycle.to_dict(),
-            "distance": self.distance,
-            "period_s": self.period,
-            "amplitude": self.amplitude,
-            "amplitude_pv": self.amplitude_pv,
-            "others": [cycle.to_dict() for cycle in self.others],
-        }
 
 
 def match_record(loop: Loop, record: LoopRecord, cycles: tuple[LimitCycle, ...] | None = None) -> CycleMatch:

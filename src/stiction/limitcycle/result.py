@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+
+from stiction.display.json_form import Result
 
 __all__ = ["LimitCycle"]
 
 
 @dataclass(frozen=True)
-class LimitCycle:
+class LimitCycle(Result):
     """A limit cycle of a loop, predicted by a describing function or solved exactly.
 
     Examples
@@ -21,6 +22,12 @@ class LimitCycle:
     >>> round(cycle.amplitude, 4), round(cycle.period, 2), cycle.stable
     (0.573, 21.11, True)
     """
+
+    _json_keys = (
+        "method", "kind", "family", "amplitude", "period as period_s", "omega as omega_rad_per_s", "amplitude_pv",
+        "amplitude_mv", "levels", "stable", "multipliers", "offset", "turns", "period_error", "amplitude_error",
+        "trust", "exact",
+    )  # fmt: skip
 
     method: str
     """"describing function", "continuous" (solved exactly in continuous time) or "sampled" (as simulated)."""
@@ -98,28 +105,6 @@ class LimitCycle:
     def summary(self) -> str:
         """Summary in one line."""
         return f"{self.description}, by {self.method}. {self.trust}"
-
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-ready form."""
-        return {
-            "method": self.method,
-            "kind": self.kind,
-            "family": self.family,
-            "amplitude": self.amplitude,
-            "period_s": self.period,
-            "omega_rad_per_s": self.omega,
-            "amplitude_pv": self.amplitude_pv,
-            "amplitude_mv": self.amplitude_mv,
-            "levels": list(self.levels),
-            "stable": self.stable,
-            "multipliers": [[m.real, m.imag] for m in self.multipliers],
-            "offset": self.offset,
-            "turns": self.turns,
-            "period_error": self.period_error,
-            "amplitude_error": self.amplitude_error,
-            "trust": self.trust,
-            "exact": None if self.exact is None else self.exact.to_dict(),
-        }
 
 
 def _change(error: float | None) -> str:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stiction.display.json_form import Result
 from stiction.models import Choudhury, He, Kano, Srinivasan
 from stiction.simulation.stroke import stroke
 
@@ -54,7 +55,7 @@ class Response:
 
 
 @dataclass(frozen=True)
-class Equation5:
+class Equation5(Result):
     """Eq. 5 as printed and repaired."""
 
     replies: tuple[InputReply, ...]
@@ -70,12 +71,6 @@ class Equation5:
             f"After a step from 0 to 10 %, eq. 5 as printed stays at {printed.last:g} %. Repaired it ends at "
             f"{repaired.last:g} %, like the other models. Largest difference: {apart}."
         )
-
-    def to_dict(self, *, series: bool = True) -> dict[str, Any]:
-        """JSON-ready form; with or without arrays."""
-        from stiction.paper.to_plain import to_plain
-
-        return to_plain(self, series=series)
 
 
 def equation5(seed: int = 0) -> Equation5:

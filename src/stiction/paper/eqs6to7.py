@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stiction.display.json_form import Result
 from stiction.limitcycle import describing_function
 from stiction.models import Stenman
 from stiction.simulation.stroke import stroke
@@ -26,7 +27,7 @@ PERIODS = 3
 
 
 @dataclass(frozen=True)
-class Equations6and7:
+class Equations6and7(Result):
     """N(A) of eq. 4 over the amplitude in bands d; N depends on A / d alone."""
 
     ratio: NDArray[np.float64] = field(repr=False)
@@ -45,12 +46,6 @@ class Equations6and7:
         """Summary in a sentence."""
         distances = ", ".join(f"{form} {apart:.2g}" for form, apart in self.worst.items())
         return f"Eqs. 6 and 7, largest distance from N measured on the valve: {distances}."
-
-    def to_dict(self, *, series: bool = True) -> dict[str, Any]:
-        """JSON-ready form; with or without arrays."""
-        from stiction.paper.to_plain import to_plain
-
-        return to_plain(self, series=series)
 
 
 def equations6and7() -> Equations6and7:

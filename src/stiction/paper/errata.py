@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from stiction.display.json_form import Result
 from stiction.limitcycle import describing_function
 from stiction.models import Stenman
 from stiction.models.parameter_sets import table1_reading_a, table1_reading_b
@@ -33,7 +34,7 @@ class Proof:
 
 
 @dataclass(frozen=True)
-class Erratum:
+class Erratum(Result):
     """One erratum."""
 
     number: str
@@ -56,12 +57,6 @@ class Erratum:
     def summary(self) -> str:
         """Summary in a line."""
         return f"{self.number}, {self.where}: {self.printed} should be {self.correct}."
-
-    def to_dict(self, *, series: bool = True) -> dict[str, Any]:
-        """JSON-ready form."""
-        from stiction.paper.to_plain import to_plain
-
-        return to_plain(self, series=series)
 
 
 def errata() -> tuple[Erratum, ...]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stiction.display.json_form import Result
 from stiction.paper.table1 import PSI_PER_PERCENT, READINGS, SLOPE_UNITS
 from stiction.simulation.stroke import stroke
 
@@ -63,7 +64,7 @@ class Panel:
 
 
 @dataclass(frozen=True)
-class Figure2:
+class Figure2(Result):
     """Fig. 2 a to c in both readings of Table I."""
 
     panels: tuple[Panel, ...]
@@ -84,12 +85,6 @@ class Figure2:
                     f"{p.name} in reading {p.reading}: one break at {p.first_break:.3g} psi, then it follows."
                 )
         return " ".join(sentences)
-
-    def to_dict(self, *, series: bool = True) -> dict[str, Any]:
-        """JSON-ready form; with or without arrays."""
-        from stiction.paper.to_plain import to_plain
-
-        return to_plain(self, series=series)
 
 
 def figure2() -> Figure2:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from stiction.display.json_form import json_as
 from stiction.limitcycle import exact_limit_cycles
 from stiction.models import FOPDT, PID, Loop, Stenman
 from stiction.simulation import simulate
@@ -23,7 +24,7 @@ LEVEL_LOOP = Loop(PID(Kc=0.5, Ti=30.0), Stenman(5.1), FOPDT(K=1.0, tau=60.0, dea
 class Figure6:
     """Data of Fig. 6."""
 
-    record: LoopRecord
+    record: LoopRecord = field(metadata=json_as(series=True))
     """OP, PV, set point and stem [%]."""
     cycles: tuple[LimitCycle, ...]
     """The limit cycles of the loop, solved exactly."""

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.display.json_form import json_as
 from stiction.errors import require_positive
 from stiction.limitcycle import exact_limit_cycles, smallest_pulse
 from stiction.paper.fig7 import EXAMPLE_LOOP
@@ -23,7 +24,7 @@ __all__ = ["Figure8", "figure8"]
 class Figure8:
     """Data of Fig. 8."""
 
-    record: LoopRecord
+    record: LoopRecord = field(metadata=json_as(series=True))
     """OP, PV, set point and stem; the pulse acts at the process inlet.
 
     The loop starts at PV 0 with its stem at 0.25 % and finds its point of rest at stem 0.

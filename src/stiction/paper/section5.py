@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.display.json_form import Result
 from stiction.models import Srinivasan, Table
 from stiction.paper.fig2 import find_slips
 from stiction.paper.fig5 import JUMPS, POSITIONS, STICK_BANDS
@@ -71,7 +72,7 @@ class Phenomenon:
 
 
 @dataclass(frozen=True)
-class Section5:
+class Section5(Result):
     """Models against phenomena."""
 
     models: tuple[str, ...]
@@ -86,12 +87,6 @@ class Section5:
             missed = [p.name for p in self.phenomena if not p.answers[model].shown]
             lines.append(f"{model}: " + (f"misses {'; '.join(missed)}." if missed else "shows all."))
         return "\n".join(lines)
-
-    def to_dict(self, *, series: bool = True) -> dict[str, Any]:
-        """JSON-ready form."""
-        from stiction.paper.to_plain import to_plain
-
-        return to_plain(self, series=series)
 
 
 _PAPER_ANSWERS: dict[str, dict[str, bool]] = {

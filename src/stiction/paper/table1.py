@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from stiction.display.json_form import Result
 from stiction.models.parameter_sets import table1_reading_a, table1_reading_b
 from stiction.simulation.critical_rates import CriticalRate, critical_rate
 
@@ -72,7 +73,7 @@ class Reading:
 
 
 @dataclass(frozen=True)
-class Table1:
+class Table1(Result):
     """Table I as printed and in both readings of its units."""
 
     parameters: tuple[Parameter, ...]
@@ -88,12 +89,6 @@ class Table1:
             f"slide unstable below {r.slide_pressure:.3g} psi/s."
             for r in self.readings
         )
-
-    def to_dict(self, *, series: bool = True) -> dict[str, Any]:
-        """JSON-ready form; with or without arrays."""
-        from stiction.paper.to_plain import to_plain
-
-        return to_plain(self, series=series)
 
 
 def table1() -> Table1:

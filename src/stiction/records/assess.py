@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from stiction.display.check_text import describe_check
+from stiction.display.json_form import Result
 from stiction.errors import require_positive
 from stiction.records.check_result import CheckInput, CheckResult
 from stiction.records.conditioned import Conditioned, condition
@@ -19,8 +20,10 @@ __all__ = ["Quality", "assess_quality"]
 
 
 @dataclass(frozen=True, slots=True)
-class Quality:
+class Quality(Result):
     """The data checks of a record."""
+
+    _json_keys = ("usable", "rows", "duration as duration_s", "bad_percent", "first", "last", "checks as gates")
 
     checks: tuple[CheckResult, ...]
     """Every check that applies."""
@@ -56,18 +59,6 @@ class Quality:
         )
         found = (f"{check.severity}: {describe_check(check)}" for check in (*self.rejections, *self.warnings))
         return "\n".join([head, *found])
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the quality, ready for JSON."""
-        return {
-            "usable": self.usable,
-            "rows": self.rows,
-            "duration_s": self.duration,
-            "bad_percent": self.bad_percent,
-            "first": self.first,
-            "last": self.last,
-            "gates": [check.to_dict() for check in self.checks],
-        }
 
 
 def assess_quality(record: LoopRecord | Conditioned, period: float | None = None) -> Quality:

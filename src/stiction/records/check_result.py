@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from stiction.display.check_text import describe_check
+from stiction.display.json_form import Result, fields_to_json, json_as
 from stiction.records.gaps import forward_fill
 from stiction.records.quality.quantisation import quantisation_step
 
@@ -28,7 +29,7 @@ MIN_SAMPLES, MIN_CYCLES = 60, 3
 
 
 @dataclass(frozen=True, slots=True)
-class CheckResult:
+class CheckResult(Result):
     """One data check of a record, as numbers; `stiction.display.describe_check` makes the sentence."""
 
     name: str
@@ -41,17 +42,16 @@ class CheckResult:
     """The limit that was passed, or the next one [`unit`]."""
     unit: str
     """Unit of value and limit: samples, cycles, %, ..."""
-    finding: str
+    finding: str = field(metadata=json_as(omit=True))
     """Code of the finding, a key of `stiction.display.check_text.FINDINGS`."""
-    fields: dict[str, float | str] = field(default_factory=dict)
+    fields: dict[str, float | str] = field(default_factory=dict, metadata=json_as(omit=True))
     """Further numbers and names of the finding; a name that ends in `_s` is a time [s], `_percent` a share [%]."""
     remedy: str = ""
     """Code of the remedy, a key of `stiction.display.check_text.REMEDIES`; empty when nothing is to be done."""
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return the check with its sentence, ready for JSON."""
-        numbers = {name: getattr(self, name) for name in ("name", "severity", "value", "limit", "unit", "remedy")}
-        return {**numbers, "why": describe_check(self)}
+    def to_dict(self, *, series: bool = True) -> dict[str, Any]:
+        """JSON-ready form, with the sentence of the check."""
+        return {**fields_to_json(self, series=series), "why": describe_check(self)}
 
 
 @dataclass(frozen=True)

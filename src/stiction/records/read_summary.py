@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from datetime import timedelta
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stiction.display.duration_format import format_seconds
+from stiction.display.json_form import Result
 from stiction.display.number_format import count_noun
 from stiction.records.gaps import missing_mask
 from stiction.records.runs import run_lengths, runs
@@ -90,7 +91,7 @@ class LoopSummary:
 
 
 @dataclass(frozen=True, slots=True)
-class ReadSummary:
+class ReadSummary(Result):
     """What was read from one or more sources; print `summary()`."""
 
     loops: tuple[LoopSummary, ...]
@@ -104,10 +105,6 @@ class ReadSummary:
         return "\n".join(
             [head, *(loop.summary() for loop in self.loops), *(f"assumed: {text}" for text in self.assumptions)]
         )
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the summary, ready for JSON."""
-        return asdict(self)
 
 
 def summarise(records: Iterable[LoopRecord]) -> ReadSummary:

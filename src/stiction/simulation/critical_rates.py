@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from stiction.display.json_form import Result
 from stiction.errors import MAX_SAMPLES, ParameterError, require_not_negative, require_positive
 from stiction.models.valves.physical import PhysicalValve
 from stiction.simulation.stroke import stroke
@@ -48,7 +49,7 @@ class RampBehaviour:
 
 
 @dataclass(frozen=True, slots=True)
-class CriticalRate:
+class CriticalRate(Result):
     """The rate that separates stairs from stick-jump-follow, and its mechanism."""
 
     rate: float
@@ -73,13 +74,9 @@ class CriticalRate:
         why = {"inertial": "the stem's inertia", "stribeck": "the falling part of Stribeck's curve"}[self.mechanism]
         return f"Ramps below {self.rate:.3g} % of span / s give stairs, faster ones follow. The cause is {why}."
 
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-ready form."""
-        return asdict(self)
-
 
 @dataclass(frozen=True, slots=True)
-class BehaviourMap:
+class BehaviourMap(Result):
     """Behaviour on a ramp over its rate and the damping of the stem."""
 
     rates: NDArray[np.float64]
@@ -100,12 +97,6 @@ class BehaviourMap:
     def summary(self) -> str:
         """Summary in a sentence."""
         return f"{int(self.staircase.sum())} of {self.staircase.size} ramps give stairs."
-
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-ready form."""
-        slip = [[None if math.isnan(value) else value for value in row] for row in self.slip.tolist()]
-        lists = {name: getattr(self, name).tolist() for name in self.__slots__}
-        return {**lists, "slip": slip}
 
 
 def stribeck_rates(valve: PhysicalValve) -> tuple[float, float]:

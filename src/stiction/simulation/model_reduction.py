@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass, replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.display.json_form import Result
 from stiction.errors import MAX_SAMPLES, ParameterError, require_count, require_positive
 from stiction.models.valves import Choudhury, He, HeWang, Kano, PhysicalValve, Srinivasan, Stenman
 from stiction.models.valves.he_wang import overshoot_factor
@@ -44,7 +45,7 @@ class ReductionError:
 
 
 @dataclass(frozen=True, slots=True)
-class Reduction:
+class Reduction(Result):
     """Parameters of the data-driven models for a physical valve, and the error of each model."""
 
     fs: float
@@ -98,10 +99,6 @@ class Reduction:
             f"r = {self.r:.3g} %/s. "
             f"Largest RMS error over the signals: {errors}."
         )
-
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-ready form."""
-        return asdict(self)
 
 
 def reduce_valve(valve: PhysicalValve, *, samples: int = 4000, amplitude: float = 30.0) -> Reduction:

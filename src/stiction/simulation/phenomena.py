@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass, replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.display.json_form import Result
 from stiction.errors import ParameterError
 from stiction.models.lookup_table import Table
 from stiction.models.valves import Srinivasan
@@ -36,8 +37,13 @@ _RAMP_LENGTH_BANDS = 8.0
 
 
 @dataclass(frozen=True, slots=True)
-class Phenomena:
+class Phenomena(Result):
     """Behaviour of one model on ramps, in numbers."""
+
+    _json_keys = (
+        "model", "reversal_travel", "slips_slow", "slips_fast", "slip_over_rate", "slip_over_travel", "staircase",
+        "follow", "rate_dependent", "slip_varies_with_rate", "slip_varies_with_position",
+    )  # fmt: skip
 
     model: str
     """Name of the model."""
@@ -78,12 +84,6 @@ class Phenomena:
     def slip_varies_with_position(self) -> bool:
         """Whether the slip changes over the travel by more than 2 %."""
         return self.slip_over_travel > _MIN_RELATIVE_CHANGE
-
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-ready form."""
-        names = ("staircase", "follow", "rate_dependent", "slip_varies_with_rate", "slip_varies_with_position")
-        numbers = {key: None if value != value else value for key, value in asdict(self).items()}
-        return numbers | {name: getattr(self, name) for name in names}
 
 
 def phenomena_table(valve: PhysicalValve) -> tuple[Phenomena, ...]:

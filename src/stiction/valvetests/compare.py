@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
+from stiction.display.json_form import Result
 from stiction.errors import ParameterError, require_kind
-from stiction.valvetests.result import Estimate, ValveTest, json_ready, unit_of
+from stiction.valvetests.result import Estimate, ValveTest, unit_of
 
 __all__ = ["Change", "TestComparison", "compare_tests"]
 
@@ -31,7 +32,7 @@ class Change:
 
 
 @dataclass(frozen=True)
-class TestComparison:
+class TestComparison(Result):
     """Two tests of one valve side by side."""
 
     before: ValveTest
@@ -54,14 +55,6 @@ class TestComparison:
         lost = [c.name for c in self.changes if c.verdict == "cannot tell"]
         rows += [f"Cannot tell for: {', '.join(lost)} (unknown in one of the tests)."] if lost else []
         return "\n".join([head, *rows])
-
-    def to_dict(self) -> dict[str, Any]:
-        """Turn into a JSON-ready form."""
-        return {
-            "before": self.before.to_dict(),
-            "after": self.after.to_dict(),
-            "changes": [json_ready(change) for change in self.changes],
-        }
 
 
 def compare_tests(before: ValveTest, after: ValveTest) -> TestComparison:

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stiction.display.json_form import Result
 from stiction.errors import ParameterError, require_finite
 from stiction.records.atomic_write import write_atomically
-from stiction.valvetests.result import json_ready
 
 if TYPE_CHECKING:
     import os
@@ -21,8 +21,10 @@ __all__ = ["TestPlan", "require_range_in_span"]
 
 
 @dataclass(frozen=True)
-class TestPlan:
+class TestPlan(Result):
     """The OP of a valve test, sample by sample."""
+
+    _json_keys = ("kind", "dt as dt_s", "duration as duration_s", "start", "upset", "notes", "settings")
 
     kind: str
     """`ramp test` or `step test`."""
@@ -58,18 +60,6 @@ class TestPlan:
             f"{self.op.max():g} %, at most {self.upset:g} % from its start at {self.start:g} %."
         )
         return "\n".join([head, *self.notes])
-
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-ready form, without the series."""
-        return {
-            "kind": self.kind,
-            "dt_s": self.dt,
-            "duration_s": self.duration,
-            "start": self.start,
-            "upset": self.upset,
-            "notes": list(self.notes),
-            "settings": json_ready(self.settings),
-        }
 
     def to_csv(self, path: str | os.PathLike[str]) -> Path:
         """Write `time_s,OP` for an operator or a control system; an error leaves no incomplete file.

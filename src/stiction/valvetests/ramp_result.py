@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from stiction.valvetests.result import Estimate, Ramp, StemEvent, TravelBin, ValveTest, json_ready
+from stiction.display.json_form import json_as
+from stiction.valvetests.result import Estimate, Ramp, StemEvent, TravelBin, ValveTest
 
 if TYPE_CHECKING:
     import numpy as np
@@ -49,13 +50,13 @@ class RampTest(ValveTest):
     """Every stick and slip, in order of time."""
     travel: tuple[TravelBin, ...]
     """Stick band and jump over the travel, by direction."""
-    valve: Srinivasan | None
+    valve: Srinivasan | None = field(metadata=json_as(omit=True))
     """The fitted three-parameter valve; None when sb or sj is unknown."""
     residual: float
     """Rms difference of the fitted valve, stroked with the recorded OP, from the stem [% of span]; NaN without one."""
-    position: NDArray[np.float64] = field(repr=False, compare=False)
+    position: NDArray[np.float64] = field(repr=False, compare=False, metadata=json_as(omit=True))
     """Stem as read [% of span of the OP], shape (n_samples,); NaN where missing."""
-    model: NDArray[np.float64] = field(repr=False, compare=False)
+    model: NDArray[np.float64] = field(repr=False, compare=False, metadata=json_as(omit=True))
     """Position of the fitted valve over the same OP [% of span], shape (n_samples,); NaN without one."""
 
     kind = "ramp test"
@@ -66,8 +67,3 @@ class RampTest(ValveTest):
         middle = math.sqrt(self.r_low * self.r_high) if self.r_low > 0.0 and self.r_high > 0.0 else math.nan
         rate = Estimate(middle, self.r_low, self.r_high, n=len(self.ramps))
         return {"sb": self.sb, "sj": self.sj, "r": rate, "deadband": self.deadband, "S": self.S}
-
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-ready form, without the two long series."""
-        names = [name for name in self.__dataclass_fields__ if name not in ("position", "model", "valve")]
-        return {"kind": self.kind, **{name: json_ready(getattr(self, name)) for name in names}}

@@ -6,12 +6,12 @@ import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
-import numpy as np
+from stiction.display.json_form import Result, fields_to_json, json_as
 
 if TYPE_CHECKING:
     from stiction.records import LoopRecord
 
-__all__ = ["Behaviour", "Estimate", "Ramp", "StemEvent", "TravelBin", "ValveTest", "Verdict", "json_ready"]
+__all__ = ["Behaviour", "Estimate", "Ramp", "StemEvent", "TravelBin", "ValveTest", "Verdict"]
 
 Verdict = Literal["within limit", "beyond limit", "undecided"]
 Behaviour = Literal["staircase", "follow", "mixed", "did not slip", "cannot tell"]
@@ -118,10 +118,10 @@ class TravelBin:
 
 
 @dataclass(frozen=True)
-class ValveTest:
+class ValveTest(Result):
     """Result of a valve test."""
 
-    record: LoopRecord = field(repr=False, compare=False)
+    record: LoopRecord = field(repr=False, compare=False, metadata=json_as(omit=True))
     """The record as analysed."""
     signal: str
     """Signal that shows the stem: `mv` (valve position) or `pv` (flow)."""
@@ -143,9 +143,11 @@ class ValveTest:
         """Measured quantities by name; `compare_tests` compares these."""
         raise NotImplementedError
 
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-ready form."""
-        return {"kind": self.kind, **{name: json_ready(getattr(self, name)) for name in self.__dataclass_fields__}}
+    def to_dict(self, *, series: bool = True) -> dict[str, Any]:
+        """JSON-ready form; of the record its source, tag, sampling period and number of samples."""
+        file, tag, dt, n = self.record.provenance.source, self.record.tag, self.record.dt, len(self.record)
+        record = {"file": file, "tag": tag, "dt_s": dt, "samples": n}
+        return {"kind": self.kind, "record": record, **fields_to_json(self, series=series)}
 
     def summary(self) -> str:
         """Summary in a few lines."""
@@ -161,25 +163,3 @@ def unit_of(name: str) -> str:
     if name == "r":
         return "%/s"
     return "s" if name in ("dead_time", "t63", "t86", "t98") else "%"
-
-
-def json_ready(value: Any) -> Any:
-    """Turn dataclasses, arrays and non-finite numbers into JSON-ready values; a record becomes its tag and source."""
-    from stiction.records import LoopRecord
-
-    if isinstance(value, LoopRecord):
-        return {"file": value.provenance.source, "tag": value.tag, "dt_s": value.dt, "samples": len(value)}
-    if hasattr(value, "__dataclass_fields__"):
-        return {name: json_ready(getattr(value, name)) for name in value.__dataclass_fields__}
-    if isinstance(value, dict):
-        return {str(key): json_ready(entry) for key, entry in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [json_ready(entry) for entry in value]
-    if isinstance(value, np.ndarray):
-        return json_ready(value.tolist())
-    if isinstance(value, (bool, str)) or value is None:
-        return value
-    if isinstance(value, (int, np.integer)):
-        return int(value)
-    number = float(value)
-    return number if math.isfinite(number) else None

@@ -228,7 +228,7 @@ def test_a_process_gain_against_the_controller_is_turned_and_said() -> None:
     assert found is not None
     assert controller is not None
     wrong = replace(found, linear=replace(found.linear, gain=-abs(found.linear.gain)))
-    start = start_from_diagnosis(replace(diagnosis, identification=wrong, controller=controller._replace(Kc=0.2)))
+    start = start_from_diagnosis(replace(diagnosis, identification=wrong, controller=replace(controller, Kc=0.2)))
     assert start.settings.gain > 0.0
     assert any("wrong sign" in text for text in start.remarks)
 

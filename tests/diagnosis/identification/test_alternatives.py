@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import stiction as st
-from stiction.diagnosis.identification.alternatives import ALTERNATIVES, alternative_costs, valve_characteristics
+from stiction.diagnosis.identification.alternatives import ALTERNATIVES, alternative_costs
 from stiction.diagnosis.identification.identify import search_record
 from stiction.diagnosis.identification.regression import build_regression
 
@@ -46,7 +46,6 @@ def pump():
 
 TRUTHS = {
     "good": {"flow": lambda u: u - 50.0},
-    "nonlinear": {"flow": lambda u: 8.0 * (np.exp(0.25 * (u - 50.0)) - 1.0), "Kc": 0.15},
     "dead_zone": {"flow": lambda u: np.sign(u - 50.0) * max(abs(u - 50.0) - 1.0, 0.0)},
     "relay_load": {"flow": lambda u: u - 50.0, "load": pump()},
     "periodic_load": {"flow": lambda u: u - 50.0, "load": square_wave},
@@ -84,13 +83,12 @@ def test_a_sticky_valve_beats_every_explanation_without_stiction():
     assert min(ratios.values()) > 30.0, ratios
 
 
-def test_characteristics_are_bent_where_they_should_be():
-    place = np.linspace(0.0, 1.0, 1001)
-    bent = valve_characteristics(place)
-    assert bent.shape == (18, place.size)
-    slopes = np.diff(bent, axis=1) / np.diff(place)
-    assert (slopes > -1e-9).all()
-    assert [float(place[int(np.argmax(np.diff(s)))]) for s in slopes[:4]] == pytest.approx(
-        [0.15, 0.35, 0.55, 0.75], abs=2e-3
-    )
-    np.testing.assert_allclose(bent[-1], np.exp(3.0 * place))
+def test_only_a_sticky_valve_has_a_gain_beside_op():
+    op, pv = closed_loop(flow=lambda u: u - 50.0, load=square_wave)
+    good = search_record(op, pv, 61.3).gains
+    loop = st.Loop(st.PID(0.3, 12.0), st.Kano(4.0, 2.0), st.FOPDT(1.5, 8.0, 4.0), dt=1.0, noise=0.05)
+    sp = np.repeat(np.random.default_rng(0).uniform(-3.0, 3.0, 50), 40)
+    run = st.simulate(loop, sp, 2000.0, seed=1)
+    sticky = search_record(run.op, run.pv, None).gains
+    assert good["stem_beside_op"] < 3.0 < sticky["stem_beside_op"]
+    assert sticky["stem"] > 5.0

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import stiction as st
+from stiction.diagnosis.identification.alternatives import process_gains
 from stiction.diagnosis.identification.regression import build_regression, orthonormal_rows, standardise
 
 VALVES = np.array([[3.0, 0.4, 0.0, 0.0], [2.0, 1.0, 1.0, 0.3], [1.0, 0.0, 0.0, -0.6]])
@@ -49,6 +50,24 @@ def test_costs_and_residuals_equal_least_squares_on_the_full_design_matrix(per_b
         np.testing.assert_allclose(residual, left, atol=1e-5)
 
 
+def test_the_gain_over_its_error_is_that_of_least_squares():
+    regression = build_regression(*record(), 1, 38.0)
+    position = regression.positions(VALVES[:1])[0]
+    design, target = full_design(regression, position, op_lags=0)
+    weights = np.linalg.lstsq(design, target, rcond=None)[0]
+    lags = np.zeros(weights.size)
+    lags[-len(regression.edges) + 1 :] = np.diff(regression.edges)
+    variance = np.mean((target - design @ weights) ** 2) * lags @ np.linalg.inv(design.T @ design) @ lags
+    gains = process_gains(regression, position)
+    assert gains["stem"] == pytest.approx(lags @ weights / np.sqrt(variance), rel=1e-4)
+    assert gains["stem"] > 5.0
+
+
+def test_a_position_that_rests_has_no_gain():
+    regression = build_regression(*record(), 1, 38.0)
+    assert process_gains(regression, np.full(600, 50.0)) == {"stem": 0.0, "stem_beside_op": 0.0}
+
+
 def test_the_positions_are_those_of_the_valve_models():
     op, pv = record()
     regression = build_regression(op, pv, 1, 38.0)
@@ -68,14 +87,6 @@ def test_the_true_valve_costs_least():
     regression = build_regression(*record(), 1, 38.0)
     cost = regression.evaluate(VALVES).cost
     assert cost[0] < min(cost[1:]) - 100.0
-
-
-def test_half_cycles_end_with_the_record_and_share_the_whole_error():
-    regression = build_regression(*record(), 1, 38.0)
-    residual = regression.residuals(regression.positions(VALVES))
-    parts = regression.by_half_cycle(residual)
-    assert regression.half_cycles[-1] == regression.n_predicted
-    np.testing.assert_allclose(parts.sum(axis=1), (residual**2).sum(axis=1))
 
 
 def test_a_resting_valve_costs_as_much_as_none():

@@ -15,7 +15,7 @@ from stiction.diagnosis.verdict.diagnosis import Diagnosis
 from stiction.records.assess import Quality
 
 RATIOS = {
-    "good": 300.0, "nonlinear": 200.0, "dead_zone": 250.0, "relay_load": 150.0, "noise_gate": 80.0,
+    "good": 300.0, "dead_zone": 250.0, "relay_load": 80.0,
     "periodic_load": 120.0, "beside_periodic_load": 60.0, "deadband": 40.0,
 }  # fmt: skip
 CAUSES = {"valve": 0.0, "tuning": 0.0, "external": 0.0, "sensor": 0.0, "dead_zone": 0.0}
@@ -28,6 +28,7 @@ def make_identification(**changes):
         "model": "kano", "S": 4.0, "J": 1.0, "S_low": 3.8, "S_high": 4.4, "J_low": 0.6, "J_high": 1.5,
         "process": process, "linear": process, "fit": 90.0, "fit_linear": 60.0, "mv": none, "pv": none,
         "pv_linear": none, "likelihood_ratios": RATIOS,
+        "process_gains": {"stem": 9.0, "stem_beside_op": 4.0},
         "segments": (Segment(0, 500, 4.1, 1.0, 90.0), Segment(500, 1000, 3.9, 1.0, 160.0)),
     }  # fmt: skip
     return Identification(**{**values, **changes})

@@ -47,7 +47,7 @@ def test_tuning_at_the_limit_of_stability():
     both = {"process": process, "linear": process}
     limit = make_controller(math.pi / (2.0 * 0.05 * 15.0), math.inf, Ki=0.0, form="P")
     assert main(assess(GOOD, 0.02, controller=limit, **both)) == {"tuning"}
-    slow = limit._replace(Kc=0.05 * limit.Kc)
+    slow = replace(limit, Kc=0.05 * limit.Kc)
     assert assess(GOOD, 0.02, controller=slow, **both).tuning < 0.15
 
 

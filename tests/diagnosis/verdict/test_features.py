@@ -30,7 +30,8 @@ EXPECTED = {
     "beside_periodic_load": log_of(60.0),
     "over_deadband": log_of(40.0),
     "band_to_swing": 4.0 / 8.0,
-    "jump_ratio": 0.25,
+    "stem_gain": math.asinh(9.0),
+    "stem_gain_beside_op": math.asinh(4.0),
     "fit_gain": math.log(40.0 / 10.0),
     "position": log_of(500.0),
 }
@@ -50,10 +51,10 @@ def test_every_feature_is_tested_and_has_a_sign():
 
 def test_missing_results_are_nan():
     valve = make_identification(likelihood_ratios={"good": math.nan}, segments=(), S_low=0.0)
-    unknown = make_controller(form="unknown")
+    unknown = make_controller(form="unknown", action=0.0)
     found = compute_features(FeatureInput(valve, unknown, make_oscillation(oscillating=False), 0.0, 0.0))
     defined = {name for name, value in found.items() if math.isfinite(value)}
-    assert defined == {"jump_ratio", "fit_gain"}
+    assert defined == {"fit_gain"}
 
 
 def test_a_load_without_a_period_counts_as_a_good_valve():
@@ -62,15 +63,20 @@ def test_a_load_without_a_period_counts_as_a_good_valve():
     assert found["over_periodic_load"] == found["beside_periodic_load"] == log_of(RATIOS["good"])
 
 
-def test_jump_features_belong_to_one_kind_of_process():
+def test_features_of_the_slip_jump_belong_to_one_kind_of_process():
     plain = compute_features(GIVEN)
     valve = make_identification(process=replace(make_identification().process, integrating=True))
     integrating = compute_features(FeatureInput(valve, *_rest()))
-    for name in OF_INTEGRATING:
-        own = name.removesuffix("_integrating")
-        assert integrating[name] == plain[own]
-        assert math.isnan(integrating[own])
-        assert math.isnan(plain[name])
+    assert integrating["jump_ratio_integrating"] == 0.25
+    assert integrating["over_deadband_integrating"] == plain["over_deadband"]
+    assert math.isnan(integrating["over_deadband"])
+    assert all(math.isnan(plain[name]) for name in OF_INTEGRATING)
+
+
+def test_a_gain_against_the_action_of_the_controller_speaks_against_the_valve():
+    reverse = replace(make_controller(), action=-1.0)
+    found = compute_features(FeatureInput(make_identification(), reverse, *_rest()[1:]))
+    assert found["stem_gain"] == pytest.approx(-math.asinh(9.0))
 
 
 def test_ratios_are_limited():
@@ -81,7 +87,7 @@ def test_ratios_are_limited():
 
 @pytest.mark.parametrize(("closest", "good", "share"), [(-90.0, 300.0, -0.3), (-900.0, 300.0, -1.0), (5.0, 10.0, 0.25)])
 def test_share_of_the_evidence_that_is_kept(closest, good, share):
-    ratios = {"good": good, "relay_load": closest, "nonlinear": 200.0}
+    ratios = {"good": good, "relay_load": closest, "periodic_load": 200.0}
     found = compute_features(FeatureInput(make_identification(likelihood_ratios=ratios), *_rest()))
     assert found["kept_share"] == pytest.approx(share)
     assert found["over_closest"] == pytest.approx(math.asinh(closest / 20.0))
@@ -118,7 +124,7 @@ def test_sensitivity_at_the_limit_of_stability():
     process = ProcessFit(0.05, 0.0, 5.0, True)
     limit = make_controller(math.pi / (2.0 * 0.05 * 5.0), math.inf, Ki=0.0, form="P")
     assert sensitivity(make_identification(process=process), limit, 20.0) > 1e5
-    half = limit._replace(Kc=0.5 * limit.Kc)
+    half = replace(limit, Kc=0.5 * limit.Kc)
     assert sensitivity(make_identification(process=process), half, 20.0) == pytest.approx(2.0, rel=1e-9)
 
 

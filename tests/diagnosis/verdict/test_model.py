@@ -89,14 +89,14 @@ def test_contributions_of_the_stored_model_add_up():
 
 def test_the_stored_model_knows_a_clear_case():
     clear = dict.fromkeys((feature.name for feature in FEATURES), 4.0)
-    clear |= {"tuning": 0.0, "kept_share": 0.9, "band_to_swing": 0.7, "jump_ratio": 0.6, "fit_gain": 2.0}
+    clear |= {"tuning": 0.0, "kept_share": 0.9, "band_to_swing": 0.7, "jump_ratio_integrating": 0.6, "fit_gain": 2.0}
     clear["position"] = math.nan
     against = {
         **dict.fromkeys(clear, -2.0),
         "tuning": 3.0,
         "kept_share": -1.0,
         "band_to_swing": 0.05,
-        "jump_ratio": 0.0,
+        "jump_ratio_integrating": 0.0,
     }
     assert stiction_model().probability(clear) > 0.9
     assert stiction_model().probability(against) < 0.1

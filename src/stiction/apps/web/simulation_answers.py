@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -48,7 +49,7 @@ def answer(kind: str, request_id: int, values: Mapping[str, Any], width: int) ->
 
     width = min(max(int(width), MIN_WIDTH_PX), MAX_WIDTH_PX)
     if kind == "trend":
-        body = whatif.simulate_trend(WhatIfSettings.from_mapping(values), width).to_dict()
+        body = asdict(whatif.simulate_trend(WhatIfSettings.from_mapping(values), width))
     elif kind == "cycles":
         body = whatif.predict_cycles(WhatIfSettings.from_mapping(values))
     else:
@@ -84,7 +85,7 @@ def answer_start(record_path: str) -> bytes:
     from stiction.apps.web.packed import pack
     from stiction.apps.web.whatif_start import start_from_diagnosis
 
-    return pack(start_from_diagnosis(diagnose_file(record_path)).to_dict())
+    return pack(asdict(start_from_diagnosis(diagnose_file(record_path))))
 
 
 def warm_simulations() -> None:

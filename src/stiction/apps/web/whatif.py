@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -35,18 +35,12 @@ class Trend:
     """Controller output [% of span], shape (n_points,)."""
     mv: NDArray[np.float64]
     """Valve position [% of span], shape (n_points,)."""
+    sentence: str
+    """What the loop does, in a sentence or two."""
     op_swing: Swing
     """How OP swings in the part that is shown."""
     pv_swing: Swing
     """How PV swings in it."""
-    sentence: str
-    """What the loop does, in a sentence or two."""
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain texts, numbers and arrays."""
-        names = ("time", "pv", "op", "mv", "sentence")
-        swings = {"op_swing": asdict(self.op_swing), "pv_swing": asdict(self.pv_swing)}
-        return {**{name: getattr(self, name) for name in names}, **swings}
 
 
 def simulate_trend(settings: WhatIfSettings, width: int = 1200) -> Trend:
@@ -92,7 +86,7 @@ def simulate_trend(settings: WhatIfSettings, width: int = 1200) -> Trend:
     op_swing, pv_swing = (measure_swing(x, dt, noisy=settings.noise > 0.0) for x in (op, pv))
     keep = thin((pv, op, mv), width)
     sentence = describe_trend(settings, op_swing, pv_swing, op, pv)
-    return Trend(dt * keep.astype(np.float64), pv[keep], op[keep], mv[keep], op_swing, pv_swing, sentence)
+    return Trend(dt * keep.astype(np.float64), pv[keep], op[keep], mv[keep], sentence, op_swing, pv_swing)
 
 
 def make_start_load(settings: WhatIfSettings, n: int) -> NDArray[np.float64]:

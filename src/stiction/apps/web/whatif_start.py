@@ -44,17 +44,6 @@ class WhatIfStart:
     pv_unit: str = ""
     """Unit of the PV; empty where it is not known."""
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain texts, numbers and arrays."""
-        return {
-            "settings": self.settings.to_dict(),
-            "remarks": list(self.remarks),
-            "record": self.record,
-            "sentence": self.sentence,
-            "tag": self.tag,
-            "pv_unit": self.pv_unit,
-        }
-
 
 def start_from_diagnosis(diagnosis: Diagnosis, *, width: int = 1600) -> WhatIfStart:
     """Return the settings that repeat a diagnosed loop; takes seconds, so that it runs in another process.

@@ -14,17 +14,18 @@ import numpy as np
 from stiction.diagnosis.identification.dead_zone import search_dead_zone
 from stiction.diagnosis.identification.periodic_load import fundamental_period, remove_harmonics
 from stiction.diagnosis.identification.regression import PV_LAGS, build_regression, orthonormal_rows, standardise
-from stiction.diagnosis.identification.stems import relay_signals, valve_positions
-from stiction.records.quantiles import robust_std
+from stiction.diagnosis.identification.stems import relay_signals
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from numpy.typing import NDArray
 
     from stiction.diagnosis.identification.regression import Regression
 
-__all__ = ["ALTERNATIVES", "alternative_costs", "good_valve_cost", "valve_characteristics"]
+__all__ = ["ALTERNATIVES", "alternative_costs", "good_valve_cost", "process_gains"]
 
-ALTERNATIVES = ("good", "nonlinear", "dead_zone", "relay_load", "noise_gate", "periodic_load")
+ALTERNATIVES = ("good", "dead_zone", "relay_load", "periodic_load")
 """Explanations without stiction; `periodic_load` only where the loop oscillates."""
 
 
@@ -45,12 +46,9 @@ def alternative_costs(
     """
     free = regression.op_lags
     costs = {"good": good_valve_cost(regression)}
-    costs["nonlinear"] = float(regression.cost_of_positions(_characteristic_positions(regression)).min()) - free
     dead_zone, *ends = search_dead_zone(regression)
     costs["dead_zone"] = dead_zone - free
-    shifted = _with_good_valve(regression)
-    costs["relay_load"] = _best_relay(shifted, regression) - free
-    costs["noise_gate"] = _best_noise_gate(shifted, regression) - free
+    costs["relay_load"] = _best_relay(regression) - free
     periodic, both = _periodic_load(regression, period, sticky, gaps)
     if np.isfinite(periodic):
         costs["periodic_load"] = periodic - free
@@ -62,13 +60,26 @@ def _op_means(regression: Regression) -> NDArray[np.float64]:
     return regression.op.reshape(1, -1, regression.per_block).mean(axis=2)
 
 
+def process_gains(regression: Regression, stem: NDArray[np.float64]) -> dict[str, float]:
+    """Gain from a valve position [% of span] to the PV over its standard error [-]: alone, and beside a good valve.
+
+    A valve position that only seems to explain the PV has no gain, or one of the wrong sign; beside OP, through which
+    a good valve acts, a sticky valve keeps its gain.
+    """
+    alone, beside_op = _with_shared(regression, []), _with_good_valve(regression)
+    return {"stem": alone.gain_over_error(stem), "stem_beside_op": beside_op.gain_over_error(stem)}
+
+
 def _with_good_valve(regression: Regression) -> Regression:
     """The regression with the lags of a good valve's position among the shared regressors, in place of those of OP."""
+    return _with_shared(regression, regression._lag_sums(standardise(_op_means(regression)[0])[np.newaxis])[0])
+
+
+def _with_shared(regression: Regression, rows: Iterable[NDArray[np.float64]]) -> Regression:
+    """The regression with given regressors beside the earlier PVs, for `cost_of_regressors` and `gain_over_error`."""
     n, first = regression.pv.size, regression.first
-    pv_lags = min(PV_LAGS, n // 8)
-    shared = [np.ones(n - first), *(regression.pv[first - lag : n - lag] for lag in range(1, pv_lags + 1))]
-    lag_sums = regression._lag_sums(standardise(_op_means(regression)[0])[np.newaxis])[0]
-    basis, _ = orthonormal_rows(np.vstack([regression.choose(np.array(shared)), lag_sums]))
+    shared = [np.ones(n - first), *(regression.pv[first - lag : n - lag] for lag in range(1, min(PV_LAGS, n // 8) + 1))]
+    basis, _ = orthonormal_rows(np.array([*regression.choose(np.array(shared)), *rows]))
     y = regression.choose(regression.pv[first:])
     return replace(regression, basis=basis, target=y - (y @ basis.T) @ basis)
 
@@ -81,30 +92,9 @@ def _lagged(regression: Regression, signals: NDArray[np.float64]) -> NDArray[np.
     return regression.choose(lagged)
 
 
-def valve_characteristics(place: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Flow through valves with bent characteristics [-], shape (18, n); OP is 0 and 1 at the ends of its usual range.
-
-    Seats, wide open ends, a change of slope (split range), equal percentage and quick opening trims.
-    """
-    bent = [np.maximum(place, seat) for seat in (0.15, 0.35, 0.55, 0.75)]
-    bent += [np.minimum(place, end) for end in (0.85, 0.65, 0.45, 0.25)]
-    bent += [place + (slope - 1.0) * np.maximum(place - k, 0.0) for k in (0.25, 0.5, 0.75) for slope in (1 / 3, 3.0)]
-    inside = np.clip(place, -0.3, 1.3)
-    bent += [np.sign(exponent) * np.exp(exponent * inside) for exponent in (-3.0, -1.5, 1.5, 3.0)]
-    return np.array(bent)
-
-
-def _characteristic_positions(regression: Regression) -> NDArray[np.float64]:
-    low, high = np.quantile(regression.op, (0.02, 0.98))
-    if not high > low:
-        low, high = regression.op.min(), regression.op.max()
-    place = (regression.op - low) / (high - low if high > low else 1.0)
-    return valve_characteristics(place).reshape(-1, regression.pv.size, regression.per_block).mean(axis=2)
-
-
-def _best_relay(shifted: Regression, regression: Regression) -> float:
+def _best_relay(regression: Regression) -> float:
     """Cost of a load that switches where the PV comes to a level, as a pump or a neighbouring sticky loop does."""
-    pv = regression.pv
+    pv, shifted = regression.pv, _with_good_valve(regression)
     low, high = np.quantile(pv, (0.01, 0.99))
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
     levels = half * np.array([-0.4, -0.1, 0.2, 0.5, 0.7, 0.85, 0.95])
@@ -121,21 +111,6 @@ def _best_relay(shifted: Regression, regression: Regression) -> float:
         around = step * half * np.array([-1.0, 0.0, 1.0])
         lows, highs = (axis.ravel() for axis in np.meshgrid(lows[i] + around, highs[i] + around))
     return best
-
-
-def _best_noise_gate(shifted: Regression, regression: Regression) -> float:
-    """Cost of a good valve that is told the past PV without its noise, through a deadband of some standard deviations.
-
-    A valve position that moves only when OP leaves a small band is free of noise, and predicts the quiet between two
-    upsets well whether the valve sticks or not. The deadband of the PV gives a good valve the same advantage.
-    """
-    pv = regression.pv
-    moves = np.diff(pv)
-    usual = robust_std(moves, centre=0.0) or float(np.sqrt(np.mean(moves**2)))
-    width = 2.0 * usual / np.sqrt(2.0) * np.array([2.0, 3.0, 4.5, 7.0])
-    out, zero = np.empty((width.size, pv.size)), np.zeros(width.size)
-    valve_positions(pv, 1, width, zero, np.zeros(width.size, dtype=bool), zero, out)
-    return float(shifted.cost_of_regressors(_lagged(regression, out)).min())
 
 
 def _periodic_load(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from stiction.diagnosis.identification.model_fit import fit_kano, fit_stenman, m
 from stiction.diagnosis.identification.process_fit import fit_process
 from stiction.diagnosis.identification.regression import one_thread
 from stiction.diagnosis.identification.three_parameter import fit_three_parameter
-from stiction.display.number_format import finite_or_none
+from stiction.display.json_form import Result
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -26,7 +26,7 @@ __all__ = ["ModelComparison", "ModelShare", "compare_models"]
 
 
 @dataclass(frozen=True, slots=True)
-class ModelShare:
+class ModelShare(Result):
     """What one valve model explains of a record."""
 
     model: str
@@ -40,16 +40,6 @@ class ModelShare:
     bic: float
     """Schwarz's criterion [-]; the smallest wins."""
 
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-ready form."""
-        return {
-            "model": self.model,
-            "free": self.free,
-            "parameters": {name: finite_or_none(value) for name, value in self.parameters.items()},
-            "fit": finite_or_none(self.fit),
-            "bic": finite_or_none(self.bic),
-        }
-
 
 _EXTENSIONS = {
     "good": ("stenman", "kano", "three_parameter"),
@@ -61,8 +51,10 @@ _EXTENSIONS = {
 
 
 @dataclass(frozen=True, slots=True)
-class ModelComparison:
+class ModelComparison(Result):
     """Which valve model a record supports, and by how much."""
+
+    _json_keys = ("models", "best", "margin", "decided", "samples", "compared")
 
     models: tuple[ModelShare, ...]
     """The models, the smallest criterion first."""
@@ -96,17 +88,6 @@ class ModelComparison:
         shares = ", ".join(f"{one.model} {one.fit:.1f} %" for one in self.models)
         finding = f"{self.best} is enough" if self.decided else "the record does not decide between the models"
         return f"Explained of the {self.compared.upper()}: {shares}; by BIC {finding} (margin {self.margin:.1f})."
-
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-ready form."""
-        return {
-            "models": [one.to_dict() for one in self.models],
-            "best": self.best,
-            "margin": finite_or_none(self.margin),
-            "decided": self.decided,
-            "samples": finite_or_none(self.samples),
-            "compared": self.compared,
-        }
 
 
 def compare_models(record: LoopRecord, *, period: float | None = None, enough: float = 6.0) -> ModelComparison:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -149,11 +150,11 @@ def fit_controller(
         why += f"; {bumps} bumps left out"
     if not moving:
         why += "; the set point is constant, so that a term of the error and a term of the PV are the same"
-    named = _named(found, why + ".")._replace(exact=own, unexplained=left)
+    named = replace(_named(found, why + "."), exact=own, unexplained=left)
     if record.sp is None and not exact and "I" not in found.form:
         # PV that follows a set point which was not recorded moves with OP, as it does under no controller.
         unseen = " The set point was not recorded; if it moves, PV and OP go together because of it."
-        return named._replace(form="unknown", action=0.0, why=named.why + unseen)
+        return replace(named, form="unknown", action=0.0, why=named.why + unseen)
     return named
 
 

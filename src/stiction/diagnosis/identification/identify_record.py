@@ -163,7 +163,11 @@ def prepare_record(record: LoopRecord, period: float | None = None) -> PreparedR
     elif np.isinf(period):
         period = None
     position = None if part.mv is None else fit_position(conditioned.op, part.mv)
-    signals = block_signals(conditioned.op, conditioned.pv, None if period is None else period / record.dt)
+    # Blocks finer than those of a diagnosis: r shows in how the stem moves from sample to sample.
+    signals = block_signals(
+        conditioned.op, conditioned.pv, None if period is None else period / record.dt,
+        samples_per_period=30.0, min_blocks=1200, max_blocks=4000,
+    )  # fmt: skip
     return PreparedRecord(
         part, conditioned.op, conditioned.pv, period, fit_controller(part), position, signals,
         build_regression(signals.op, signals.pv, signals.per_block, signals.time_scale)

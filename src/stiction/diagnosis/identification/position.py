@@ -120,13 +120,13 @@ def _search(
     for top in tops:
         sticky = joined(sticky, top)
     for factor, steps in STAGES:
-        lags = {wide.line(wide.positions(np.array([one.best]))[0]).lag for one in (good, play, sticky)}
-        wide = wide.around(lags, factor)
+        lags = [wide.line(wide.positions(np.array([one.best]))[0]).lag for one in (good, play, sticky)]
+        near = [wide.around({lag}, factor).evaluate for lag in lags]
+        wide = wide.around(set(lags), factor)
         plain = tuple((S_step, 0.0, start, count) for S_step, _, start, count in steps)
-        good = wide.evaluate(good.valves)
-        play = pattern_search(wide.evaluate, wide.evaluate(play.local_minima(4, 0.02, 0.05)), plain, swing)
-        sticky = wide.evaluate(sticky.local_minima(6, 0.01, 0.02))
-        sticky = pattern_search(wide.evaluate, sticky, steps, swing, diagonal=True)
+        good = near[0](good.valves)
+        play = pattern_search(near[1], near[1](play.local_minima(4, 0.02, 0.05)), plain, swing)
+        sticky = pattern_search(near[2], near[2](sticky.local_minima(6, 0.01, 0.02)), steps, swing, diagonal=True)
     cost = float(wide.evaluate(np.array([found.best]) * NO_START).cost[0])
     residual = wide.residuals(wide.positions(np.array([sticky.best])))[0]
     exact = float(residual.std()) < 3.0 * position_noise(np.where(wide.weight > 0.0, wide.position, np.nan))
@@ -153,9 +153,7 @@ def _corrected_stems(wide: PositionRegression, valve: Valve) -> list[CorrectedSt
     observed = (np.where(wide.weight > 0.0, wide.position + wide.level, np.nan) - level) / slope
     swing = float(np.ptp(wide.op))
     noise = max(position_noise(observed), 1e-3 * swing)
-    rows = combinations(
-        swing * np.geomspace(0.05, 1.0, 16), np.array([0.2, 0.5, 0.9]), np.array([0.0, 1.0]), np.zeros(1)
-    )
+    rows = combinations(swing * np.geomspace(0.05, 1.0, 16), np.array([0.2, 0.9]), np.zeros(1), np.zeros(1))
     late = [
         CorrectedStems(np.ascontiguousarray(wide.op[: wide.op.size - delay]), observed[delay:].copy(), noise)
         for delay in wide.delays

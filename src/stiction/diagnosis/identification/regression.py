@@ -69,8 +69,8 @@ class Regression:
     """Lags of OP among the shared regressors [-]."""
     predicted: NDArray[np.bool_]
     """Whether a block from `first` on is predicted: not in a gap nor so soon after it that an earlier PV is in it."""
-    half_cycles: NDArray[np.int64]
-    """Ends of the half cycles among the predicted samples, shape (n_half_cycles,)."""
+    half_cycles: int
+    """Half cycles among the predicted samples [-]."""
 
     @property
     def n_predicted(self) -> int:
@@ -113,13 +113,22 @@ class Regression:
         lag_weights = np.repeat(weights, np.diff(self.edges), axis=1)
         longest = lag_weights.shape[1]
         lags = (x[:, self.first - lag : x.shape[1] - lag] for lag in range(1, longest + 1))
-        explained = self.choose(sum(lag_weights[:, [i]] * one for i, one in enumerate(lags)))
+        explained = self.choose(np.add.reduce([lag_weights[:, [i]] * one for i, one in enumerate(lags)]))
         return self.target - (explained - (explained @ self.basis.T) @ self.basis)
 
-    def by_half_cycle(self, residuals: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Sum of squared residuals in each half cycle, shape (n_valves, n_half_cycles)."""
-        total = np.concatenate([np.zeros((len(residuals), 1)), np.cumsum(residuals**2, axis=1)], axis=1)
-        return np.diff(total[:, np.concatenate([[0], self.half_cycles])], axis=1)
+    def gain_over_error(self, position: NDArray[np.float64]) -> float:
+        """Steady gain from a valve position to the PV over its standard error [-]; 0 of a position that rests."""
+        if not float(np.ptp(position)) > 0.0:
+            return 0.0
+        sums = self._lag_sums(position[np.newaxis])[0]
+        free = sums - (sums @ self.basis.T) @ self.basis
+        size = np.sqrt((sums**2).sum(axis=1)) + TINY
+        normal = free @ free.T / size / size[:, np.newaxis] + GAIN_RIDGE * np.eye(len(size))
+        right, lags = free @ self.target / size, np.diff(self.edges) / size
+        weights, spread = np.linalg.solve(normal, np.column_stack([right, lags])).T
+        error = float(self.target @ self.target - weights @ right)
+        variance = float(lags @ spread) * max(error, MIN_ERROR * self.n_predicted) / self.n_predicted
+        return float(lags @ weights / np.sqrt(variance))
 
     def _lag_sums(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
         """Sums of the lags of each group, shape (n_valves, n_groups, n_predicted)."""
@@ -188,6 +197,8 @@ TINY = 1e-150
 """Size of a regressor that is constant [-]."""
 RIDGE = 1e-10
 """Added to the diagonal of the scaled normal equations, since lags of a resting valve are collinear [-]."""
+GAIN_RIDGE = 1e-8
+"""The same where the standard error of a gain is wanted [-]."""
 MIN_ERROR = 1e-8
 """Smallest error, as a share of the variance of what is compared [-]: data without noise are rounded data."""
 
@@ -238,11 +249,10 @@ def build_regression(
     basis, weights = orthonormal_rows(rows[:, predicted])
     target = y_predicted - (y_predicted @ basis.T) @ basis
     count = max(round(2.0 * target.size / max(time_scale, 8.0)), 4)
-    half_cycles = np.linspace(0, target.size, count + 1).round().astype(np.int64)[1:]
     return Regression(
         np.ascontiguousarray(op), per_block, y, first, tuple(edges), basis, target, tuple(shared),
         np.hstack([_first_products(one, first, longest) for one in shared]), weights,
-        op_lags, predicted, np.unique(half_cycles),
+        op_lags, predicted, min(count, target.size),
     )  # fmt: skip
 
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING
 
-from stiction.display.number_format import finite_or_none, format_interval
+from stiction.display.json_form import Result
+from stiction.display.number_format import format_interval
 from stiction.display.result_display import ResultDisplay
 
 if TYPE_CHECKING:
@@ -26,8 +27,10 @@ MAX_PLAY_RATIO = 0.12
 
 
 @dataclass(frozen=True, slots=True)
-class ProcessFit:
+class ProcessFit(Result):
     """The linear process found together with the valve."""
+
+    _json_keys = ("gain", "time_constant", "dead_time", "lag", "integrating")
 
     gain: float
     """Steady gain [PV units per % of span]; of an integrating process [PV units per % of span and second]."""
@@ -40,13 +43,9 @@ class ProcessFit:
     lag: float = 0.0
     """The smaller of two lags in series, part of `time_constant` [s]; 0 where one was enough."""
 
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-ready form."""
-        numbers = {name: finite_or_none(getattr(self, name)) for name in ("gain", "time_constant", "dead_time", "lag")}
-        return {**numbers, "integrating": self.integrating}
 
-
-class ControllerFit(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class ControllerFit(Result):
     """A controller that explains the OP."""
 
     Kc: float
@@ -56,7 +55,7 @@ class ControllerFit(NamedTuple):
     explained: float
     """Share of the OP's variation that it explains [-], or of its moves where `why` says moves."""
     action: float
-    """Sign of the process gain that makes the loop stable: the sign of Ki; 0 when the record does not show it."""
+    """Sign of the process gain that makes the loop stable: the sign of Ki; 0 when unknown [-]."""
     form: str = "unknown"
     """P, I, PI, PID, or I-P, PI-D, I-PD with the part behind the hyphen on the PV alone; or unknown."""
     Td: float = 0.0
@@ -74,11 +73,6 @@ class ControllerFit(NamedTuple):
     unexplained: float = math.nan
     """Share of the OP's moves that no form of controller explains [-]."""
 
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-ready form."""
-        values = self._asdict().items()
-        return {name: finite_or_none(value) if isinstance(value, float) else value for name, value in values}
-
 
 @dataclass(frozen=True, slots=True)
 class LikelihoodSurface:
@@ -93,7 +87,7 @@ class LikelihoodSurface:
 
 
 @dataclass(frozen=True, slots=True)
-class Segment:
+class Segment(Result):
     """What one part of the record says by itself: drift of S, and stiction that comes and goes."""
 
     first: int
@@ -107,15 +101,16 @@ class Segment:
     likelihood_ratio: float
     """Twice the log likelihood ratio of a sticky valve over a good one in this part [-]."""
 
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-ready form."""
-        numbers = {name: finite_or_none(getattr(self, name)) for name in ("S", "J", "likelihood_ratio")}
-        return {"first": self.first, "last": self.last, **numbers}
-
 
 @dataclass(frozen=True, slots=True)
 class Identification(ResultDisplay, kind="identification"):
     """Stiction and process found together from OP and PV, or from OP and the valve position."""
+
+    _json_keys = (
+        "S", "J", "S_low", "S_high", "J_low", "J_high", "fit", "fit_linear", "model", "by_position", "process",
+        "linear", "segments", "drift as drift_per_h", "drift_error as drift_error_per_h", "likelihood_ratios",
+        "process_gains", "reason", "parameters", "parameter_intervals",
+    )  # fmt: skip
 
     model: str
     """Valve model fitted: kano, stenman or three_parameter."""
@@ -148,8 +143,11 @@ class Identification(ResultDisplay, kind="identification"):
     """PV simulated with a good valve, shape and gaps of `pv`."""
     likelihood_ratios: Mapping[str, float] = field(default_factory=dict)
     """Twice the log likelihood ratio of the sticky valve over each other explanation [-]: `good`, `deadband` (a sticky
-    valve without slip jump), `nonlinear` (a bent characteristic), `relay_load`, `noise_gate`, `periodic_load`, and
+    valve without slip jump), `dead_zone`, `relay_load`, `periodic_load`, and
     `beside_periodic_load` (the same load added to both). A name is missing where the comparison was not possible."""
+    process_gains: Mapping[str, float] = field(default_factory=dict)
+    """Process gain from the valve position to the PV over its standard error [-]: of the `stem` alone, and of the
+    `stem_beside_op`, where a good valve may act as well."""
     dead_zone: DeadZone | None = None
     """The most likely dead zone at fixed OP, in place of a sticky valve; None where it was not searched for."""
     surface: LikelihoodSurface | None = field(default=None, repr=False, compare=False)
@@ -201,23 +199,3 @@ class Identification(ResultDisplay, kind="identification"):
             f"{own}S = {S} {unit} (95 % {S_low} to {S_high}), J {jump}; the simulation explains {self.fit:.0f} % of "
             f"the {'valve position' if self.by_position else 'PV'}, with a good valve {self.fit_linear:.0f} %."
         )
-
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-ready form."""
-        numbers = ("S", "J", "S_low", "S_high", "J_low", "J_high", "fit", "fit_linear")
-        return {
-            **{name: finite_or_none(getattr(self, name)) for name in numbers},
-            "model": self.model,
-            "by_position": self.by_position,
-            "process": self.process.to_dict(),
-            "linear": self.linear.to_dict(),
-            "segments": [segment.to_dict() for segment in self.segments],
-            "drift_per_h": finite_or_none(self.drift),
-            "drift_error_per_h": finite_or_none(self.drift_error),
-            "likelihood_ratios": {name: finite_or_none(value) for name, value in self.likelihood_ratios.items()},
-            "reason": self.reason,
-            "parameters": {name: finite_or_none(value) for name, value in self.parameters.items()},
-            "parameter_intervals": {
-                name: [finite_or_none(end) for end in ends] for name, ends in self.parameter_intervals.items()
-            },
-        }

@@ -41,9 +41,9 @@ def block_signals(
     pv: NDArray[np.float64],
     period: float | None,
     *,
-    samples_per_period: float = 30.0,
-    min_blocks: int = 1200,
-    max_blocks: int = 4000,
+    samples_per_period: float = 12.0,
+    min_blocks: int = 400,
+    max_blocks: int = 2000,
     max_op_per_block: int = 8,
     gaps: NDArray[np.bool_] | None = None,
 ) -> BlockSignals:
@@ -59,7 +59,7 @@ def block_signals(
     >>> x = np.arange(9000.0)
     >>> blocks = block_signals(x, x, 600.0)
     >>> blocks.pv.size, blocks.samples, blocks.per_block, blocks.period
-    (1285, 7, 7, 85.71428571428571)
+    (428, 21, 7, 28.571428571428573)
     """
     scale = period if period is not None else op.size / 5.0
     size = max(int(min(scale / samples_per_period, op.size / min_blocks)), 1)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from typing import TYPE_CHECKING, Literal, get_args
+
+from stiction.display.json_form import Result
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -27,8 +29,10 @@ STATES: tuple[StateName, ...] = get_args(StateName)
 
 
 @dataclass(frozen=True, slots=True)
-class StateStretch:
+class StateStretch(Result):
     """One stretch of a record in a state other than `in_control`."""
+
+    _json_keys = ("state", "start_s", "end_s")
 
     state: StateName
     """Its state."""
@@ -43,14 +47,12 @@ class StateStretch:
     numbers: Mapping[str, float] = field(default_factory=dict)
     """What was measured there, for the text: levels of OP [% of span], of PV and errors [unit of PV], shares [-]."""
 
-    def to_dict(self) -> dict[str, Any]:
-        """Give the stretch, ready for JSON."""
-        return {"state": self.state, "start_s": self.start_s, "end_s": self.end_s}
-
 
 @dataclass(frozen=True, slots=True)
-class LoopState:
+class LoopState(Result):
     """Whether the controller moves the valve and the process answers, over most of a record."""
+
+    _json_keys = ("state", "start_s", "end_s", "stretches")
 
     state: StateName
     """State over most of the record."""
@@ -66,11 +68,6 @@ class LoopState:
     """What the data checks say that reject the record; for `bad_data`."""
     stretches: tuple[StateStretch, ...] = ()
     """Stretches in another state than `in_control`, in their order; they are left out of what follows."""
-
-    def to_dict(self) -> dict[str, Any]:
-        """Give the state without its sentences, ready for JSON."""
-        stretches = [one.to_dict() for one in self.stretches]
-        return {"state": self.state, "start_s": self.start_s, "end_s": self.end_s, "stretches": stretches}
 
     @property
     def in_control(self) -> bool:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from stiction.diagnosis.verdict.features import sensitivity
 from stiction.diagnosis.verdict.model import logistic
+from stiction.display.json_form import FOUR_DECIMALS, Result
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -25,18 +26,18 @@ STICKY_TOO = ("beside_periodic_load", "deadband")
 
 
 @dataclass(frozen=True, slots=True)
-class OscillationCause:
+class OscillationCause(Result):
     """How much speaks for each cause, 0 to 1, independent of one another; all small means none."""
 
-    valve: float
+    valve: float = field(metadata=FOUR_DECIMALS)
     """The valve sticks, and its stick and slip drive the loop."""
-    tuning: float
+    tuning: float = field(metadata=FOUR_DECIMALS)
     """The controller gain is near the limit of stability."""
-    external: float
+    external: float = field(metadata=FOUR_DECIMALS)
     """A periodic or switching load from outside."""
-    sensor: float
+    sensor: float = field(metadata=FOUR_DECIMALS)
     """The transmitter: coarse steps, spikes or noise that the controller follows."""
-    dead_zone: float
+    dead_zone: float = field(metadata=FOUR_DECIMALS)
     """A range of OP, at fixed values, in which PV does not respond, as in split range."""
 
     @property
@@ -44,10 +45,6 @@ class OscillationCause:
         """The strongest cause from 0.5 on; "none" where there is none."""
         name = max(CAUSES, key=lambda one: getattr(self, one))
         return name if getattr(self, name) >= 0.5 else "none"
-
-    def to_dict(self) -> dict[str, float]:
-        """JSON-ready form."""
-        return {name: round(float(getattr(self, name)), 4) for name in CAUSES}
 
 
 def assess_causes(
@@ -139,8 +136,8 @@ def closest_alternative(likelihood_ratios: Mapping[str, float]) -> tuple[str, fl
 
     Examples
     --------
-    >>> closest_alternative({"good": 310.0, "deadband": 12.0, "nonlinear": 45.0})
-    ('nonlinear', 45.0)
+    >>> closest_alternative({"good": 310.0, "deadband": 12.0, "relay_load": 45.0})
+    ('relay_load', 45.0)
     """
     found = {k: ratio for k, ratio in likelihood_ratios.items() if k not in STICKY_TOO and math.isfinite(ratio)}
     return min(found.items(), key=lambda item: item[1]) if found else None

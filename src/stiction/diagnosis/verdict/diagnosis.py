@@ -10,6 +10,7 @@ from stiction.diagnosis.verdict.causes import closest_alternative
 from stiction.diagnosis.verdict.decision import DEFAULT_PRIOR, Costs
 from stiction.diagnosis.verdict.explanation import explain_action, explain_reason
 from stiction.diagnosis.verdict.model import log_odds, stiction_model
+from stiction.display.json_form import FOUR_DECIMALS, fields_to_json
 from stiction.display.number_format import format_probability
 from stiction.display.result_display import ResultDisplay
 
@@ -29,11 +30,17 @@ __all__ = ["Diagnosis"]
 class Diagnosis(ResultDisplay, kind="verdict"):
     """Whether the valve of a loop sticks, how much, how sure that is, and what to do."""
 
+    _json_keys = (
+        "record.provenance.source as file", "record.tag as tag", "verdict", "probability", "prior", "reason", "action",
+        "record.op_unit as op_unit", "record.dt as dt_s", "loop_state", "identification as stiction", "controller",
+        "oscillation", "oscillation_cause", "average_log_odds", "contributions as features", "evidence", "quality",
+    )  # fmt: skip
+
     record: LoopRecord = field(repr=False)
     """The record, outliers masked; `quality.first` and `quality.last` bound the part that was analysed."""
     verdict: Verdict
     """`stiction`, `no_stiction` or `undecided`."""
-    probability: float
+    probability: float = field(metadata=FOUR_DECIMALS)
     """Probability that the valve sticks [-]; the prior where the record cannot be judged."""
     loop_state: LoopState
     """Whether the controller moves the valve and the process answers; else nothing is said about the valve."""
@@ -102,30 +109,12 @@ class Diagnosis(ResultDisplay, kind="verdict"):
             f"{self.action}"
         )
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self, *, series: bool = True) -> dict[str, Any]:
         """JSON-ready form, as `stiction diagnose --json` prints it."""
-        judged = self.identification is not None and self.loop_state.in_control
-        return {
-            "file": self.record.provenance.source,
-            "tag": self.record.tag,
-            "verdict": self.verdict,
-            "probability": round(self.probability, 4),
-            "prior": self.prior,
-            "reason": self.reason,
-            "action": self.action,
-            "op_unit": self.record.op_unit,
-            "dt_s": self.record.dt,
-            "loop_state": {
-                **self.loop_state.to_dict(),
-                "why": describe_state(self.loop_state, self.record.start, self.record.provenance.pv_unit),
-                "action": describe_action(self.loop_state),
-            },
-            "stiction": self.identification.to_dict() if judged and self.identification is not None else None,
-            "controller": self.controller.to_dict() if self.controller is not None else None,
-            "oscillation": self.oscillation.to_dict(),
-            "oscillation_cause": self.oscillation_cause.to_dict(),
-            "average_log_odds": round(self.average_log_odds, 4) if self.contributions else None,
-            "features": [one.to_dict() for one in self.contributions],
-            "evidence": [row.to_dict() for row in self.evidence],
-            "quality": self.quality.to_dict(),
-        }
+        found = fields_to_json(self, series=series)
+        why = describe_state(self.loop_state, self.record.start, self.record.provenance.pv_unit)
+        found["loop_state"] |= {"why": why, "action": describe_action(self.loop_state)}
+        if not self.loop_state.in_control:
+            found["stiction"] = None
+        found["average_log_odds"] = round(self.average_log_odds, 4) if self.contributions else None
+        return found

@@ -158,10 +158,8 @@ def _ends(value: float, low: float, high: float) -> tuple[str, str]:
 ALTERNATIVE_TEXT = {
     "good": "a good valve",
     "deadband": "a valve with deadband only",
-    "nonlinear": "a good valve with a nonlinear characteristic",
     "dead_zone": "a good valve with a dead zone",
     "relay_load": "a good valve with a load that switches",
-    "noise_gate": "a good valve and a PV without noise",
     "periodic_load": "a good valve with a periodic load",
 }
 """Explanations without stiction, as sentences name them."""

@@ -92,6 +92,16 @@ def _kept_share(found: FeatureInput) -> float:
     return float(np.clip(_closest_ratio(found) / max(found.identification.likelihood_ratios["good"], 20.0), -1.0, 1.0))
 
 
+def _signed_gain(name: str) -> Callable[[FeatureInput], float]:
+    """Process gain over its standard error on the scale asinh(x) [-], NaN where its sign is not known."""
+
+    def compute(found: FeatureInput) -> float:
+        action, gain = found.controller.action, found.identification.process_gains.get(name, math.nan)
+        return math.asinh(action * gain) if action != 0.0 else math.nan
+
+    return compute
+
+
 def _fit_gain(found: FeatureInput) -> float:
     return math.log(max(100.0 - found.identification.fit_linear, 1.0) / max(100.0 - found.identification.fit, 1.0))
 
@@ -118,10 +128,12 @@ FEATURES: tuple[Feature, ...] = (
             "-", 1, _of_process(_evidence("deadband"), integrating=True)),
     Feature("band_to_swing", "stiction band relative to the OP swing", "S / 98 % range of OP", "-", 1,
             lambda found: min(found.identification.S / found.op_swing, 1.5) if found.op_swing > 0.0 else math.nan),
-    Feature("jump_ratio", "slip jump relative to the band, self-regulating process", "J / S", "-", 1,
-            _of_process(_jump_ratio, integrating=False)),
     Feature("jump_ratio_integrating", "slip jump relative to the band, integrating process", "J / S", "-", 1,
             _of_process(_jump_ratio, integrating=True)),
+    Feature("stem_gain", "process gain from the sticky valve, with the sign that the controller expects",
+            "asinh(gain / its standard error)", "-", 1, _signed_gain("stem")),
+    Feature("stem_gain_beside_op", "the same where a good valve may act as well", "asinh(gain / its standard error)",
+            "-", 1, _signed_gain("stem_beside_op")),
     Feature("fit_gain", "simulation with a sticky valve against a good one",
             "ln(unexplained good / unexplained sticky)", "-", 1, _fit_gain),
     Feature("tuning", "how close the loop is to instability by tuning", "ln(1 / abs(1 + C P)) at the oscillation",

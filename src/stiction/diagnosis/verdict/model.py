@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from stiction.diagnosis.verdict.features import FEATURES
-from stiction.display.number_format import finite_or_none
+from stiction.display.json_form import FOUR_DECIMALS, Result
 from stiction.errors import require_probability
 
 if TYPE_CHECKING:
@@ -42,14 +42,14 @@ class TreeNode(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Contribution:
+class Contribution(Result):
     """What one feature adds to the log odds of stiction."""
 
     feature: str
     """Its name."""
     value: float
     """Its value; NaN when it could not be computed."""
-    log_odds: float
+    log_odds: float = field(metadata=FOUR_DECIMALS)
     """What it adds to the log odds [-]: the changes of the average along the paths of all trees (Saabas 2014). The
     contributions and the intercept add up to the log odds of the verdict at the training prior."""
 
@@ -57,10 +57,6 @@ class Contribution:
     def label(self) -> str:
         """Name of the feature on screens."""
         return {feature.name: feature.label for feature in FEATURES}.get(self.feature, self.feature)
-
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-ready form."""
-        return {"feature": self.feature, "value": finite_or_none(self.value), "log_odds": round(self.log_odds, 4)}
 
 
 @dataclass(frozen=True)

@@ -22,12 +22,10 @@ __all__ = ["ALTERNATIVES", "RATIO_LABEL", "finite_likelihood_ratios", "likelihoo
 ALTERNATIVES = {
     "good": "good valve",
     "deadband": "apart: sticky valve without slip jump",
-    "nonlinear": "nonlinear valve characteristic",
     "dead_zone": "dead zone at a fixed OP",
     "relay_load": "switching load",
     "periodic_load": "periodic load",
     "beside_periodic_load": "apart: good valve, periodic load added to both",
-    "noise_gate": "good valve, PV without noise",
 }
 """Explanation -> its name; those "apart" are not counted among the other explanations."""
 RATIO_LABEL = "2 ln(likelihood ratio) [-]"
