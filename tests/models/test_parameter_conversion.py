@@ -49,7 +49,7 @@ REFUSED = [
     (st.Kano(1.0, 3.0), "Choudhury", {}, "differs from Kano's"),
     (st.Choudhury(1.0, 3.0), "Srinivasan", {}, "use Kano"),
     (st.Kano(3.0, 1.0), "Stenman", {}, "S = J = d"),
-    (st.Kano(3.0, 1.0), "Ideal", {}, "bands of 0"),
+    (st.Kano(3.0, 1.0), "Ideal", {}, "an ideal valve has no friction"),
     (st.He(2.0, 1.0), "Srinivasan", {}, "give dt"),
     (st.He(2.0, 1.0), "Srinivasan", {"dt": -1.0}, "dt = -1 s is not positive"),
     (st.He(2.0, 1.0), "Kano", {"r": 1.0}, "is not a parameter of Kano"),

@@ -164,7 +164,7 @@ def recommended_text(
     --------
     >>> import stiction as st
     >>> loop = st.Loop(st.PID(0.2, 10.0), st.Kano(5.0, 2.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
-    >>> "Predicted on the loop's twin" in recommended_text(st.compensate(loop, seeds=2))
+    >>> "Predicted by simulation" in recommended_text(st.compensate(loop, seeds=2))
     True
     """
     compensator = trial[trial.recommended].remedy.compensator if trial.recommended else None

@@ -156,7 +156,7 @@ def with_position(record: LoopRecord) -> tuple[LoopRecord, list[str]]:
     >>> op = np.arange(20.0)
     >>> part, lack = with_position(LoopRecord("FIC-101", 1.0, op=op, mv=np.where(op < 8.0, op, np.nan)))
     >>> len(part), lack
-    (8, ['the valve position is recorded for only 8 of 20 samples in a row, half are needed'])
+    (8, ['the valve position is recorded for at most 8 of 20 samples in a row, half are needed'])
     """
     if record.mv is None:
         return record, []
