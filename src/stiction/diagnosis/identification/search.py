@@ -43,7 +43,7 @@ def refine_valve(finest: Regression, found: Candidates, max_S: float) -> Candida
     """Refine S, J / S and the start of the best candidates, on the record in blocks that are as short as is useful."""
     found = finest.evaluate(found.local_minima(8, 0.02, 0.1))
     S = np.minimum(found.best.S * np.exp(DENSE_STEP * np.arange(-6.0, 25.0)), max_S)
-    dense = combinations(S, np.array([0.25, 0.7]), np.array([0.0, 1.0]), np.zeros(1))
+    dense = combinations(S, np.array([0.2, 0.5, 0.9]), np.array([0.0, 1.0]), np.zeros(1))
     return pattern_search(finest.evaluate, joined(found, finest.evaluate(dense)), SHARP_STEPS, max_S)
 
 
