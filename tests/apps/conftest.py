@@ -54,7 +54,7 @@ def sticky_csv() -> str:
     """Its record, the stem position left out."""
     from dataclasses import replace
 
-    header, rows = csv_text(replace(sticky(), mv=None)).split("\n", 1)
+    header, rows = csv_text(replace(sticky(3000), mv=None)).split("\n", 1)
     return header.replace("SP", "FIC-101.SP").replace("PV", "FIC-101.PV").replace("OP", "FIC-101.OP") + "\n" + rows
 
 

@@ -14,7 +14,7 @@ from stiction.diagnosis.verdict.causes import CAUSES, assess_causes, dead_zone_s
 
 from .results import RATIOS, make_controller, make_identification, make_oscillation, make_zone
 
-N, DT = 1500, 1.0
+N, DT = 2500, 1.0
 WAVE = 3.0 * np.sin(2.0 * np.pi * np.arange(N) / 47.3)
 GOOD = {**dict.fromkeys(RATIOS, 2.0), "periodic_load": 1.0}
 
