@@ -14,8 +14,11 @@ ERRORS = {
     "RecordError": "Problems with data or files (exit code 3)",
     "MissingExtraError": "Missing extras (exit code 3)",
     "ConvergenceError": "Searches without a result (exit code 3)",
+    "HTTPException": "Refused requests of the web page",
 }
 """Class of an error -> heading of its messages."""
+SUBCLASSES = {"EmptySignalError": "RecordError"}
+"""Class of an error -> class under whose heading its messages stand."""
 
 
 def collect_errors() -> dict[str, list[tuple[str, str]]]:
@@ -25,12 +28,17 @@ def collect_errors() -> dict[str, list[tuple[str, str]]]:
     for path in sorted(root.rglob("*.py")):
         place = path.relative_to(root).with_suffix("").as_posix()
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if not (isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in ERRORS):
+            if not (isinstance(node, ast.Call) and isinstance(node.func, ast.Name)):
                 continue
-            remedy = next((_text(keyword.value) for keyword in node.keywords if keyword.arg == "remedy"), "")
-            text = "".join(map(_text, node.args)) + (f"; {remedy}." if remedy else "")
+            name = SUBCLASSES.get(node.func.id, node.func.id)
+            if name not in ERRORS:
+                continue
+            fields = {keyword.arg: _text(keyword.value) for keyword in node.keywords}
+            parts = node.args[1:] if name == "HTTPException" else node.args
+            text = "".join(map(_text, parts)) + (f"; {fields['remedy']}." if "remedy" in fields else "")
             if text.strip(" …"):
-                found[node.func.id].append((" ".join(text.split()), place))
+                where = f"{fields['where']}: " if "where" in fields else ""
+                found[name].append((" ".join(f"{where}{text}".split()), place))
     return {name: sorted(set(rows)) for name, rows in found.items()}
 
 

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import importlib
 import math
+import os
 from dataclasses import dataclass
 from reprlib import repr as brief
 from typing import TYPE_CHECKING, Any
@@ -41,6 +42,7 @@ __all__ = [
     "require_number",
     "require_numbers",
     "require_positive",
+    "require_probability",
     "require_range",
     "require_samples",
     "require_seed",
@@ -83,7 +85,7 @@ class StictionError(Exception):
         What is wrong, in parts: text, and the settings that it names.
     remedy : str, Setting or sequence of both
         What to do, as an imperative clause.
-    where : str
+    where : str or path-like
         File or loop that is concerned.
     quantity : str
         Name of the quantity.
@@ -101,14 +103,14 @@ class StictionError(Exception):
         self,
         *problem: str | Setting,
         remedy: str | Setting | Sequence[str | Setting] = (),
-        where: str = "",
+        where: str | os.PathLike[str] = "",
         quantity: str = "",
         value: object = None,
         limit: object = None,
     ) -> None:
         super().__init__(*problem)
         self.remedy = (remedy,) if isinstance(remedy, (str, Setting)) else tuple(remedy)
-        self.where, self.quantity, self.value, self.limit = where, quantity, value, limit
+        self.where, self.quantity, self.value, self.limit = os.fspath(where), quantity, value, limit
 
     def __str__(self) -> str:
         return self.text()
@@ -119,9 +121,28 @@ class StictionError(Exception):
         text = self._sentence(str)
         return text[:1].upper() + text[1:]
 
-    def text(self, write: Callable[[Setting], str] = str) -> str:
-        """Return the message; `write` turns a setting into text, by default into an argument in Python."""
-        return f"{self.where}: {self._sentence(write)}" if self.where else self._sentence(write)
+    def text(self, write: Callable[[Setting], str] = str, where: str | None = None) -> str:
+        """Return the message.
+
+        Parameters
+        ----------
+        write : callable
+            Turns a setting into text, by default into an argument in Python.
+        where : str, optional
+            Name to show for the file or loop, instead of its own.
+
+        Returns
+        -------
+        str
+            The message, with the file or loop in front.
+        """
+        shown = self.where if where is None else where
+        return f"{shown}: {self._sentence(write)}" if shown else self._sentence(write)
+
+    @property
+    def file_name(self) -> str:
+        """The file or loop that is concerned; a file with an absolute path without its folder."""
+        return os.path.basename(self.where) if os.path.isabs(self.where) else self.where
 
     def _sentence(self, write: Callable[[Setting], str]) -> str:
         problem, remedy = (
@@ -263,6 +284,17 @@ def require_positive(name: str, value: float, unit: str = "", *, infinite: bool 
         raise ParameterError(
             f"{name} = {number:g}{_with_unit(unit)} is not positive",
             remedy="give a value above 0", quantity=name, value=number, limit=0.0,
+        )  # fmt: skip
+    return number
+
+
+def require_probability(name: str, value: float) -> float:
+    """Return `value` as a float above 0 and below 1, or refuse it."""
+    number = _to_float(name, value, "")
+    if not 0.0 < number < 1.0:
+        raise ParameterError(
+            Setting(name), f" = {number:g} is not a probability",
+            remedy="give a number above 0 and below 1", quantity=name, value=number,
         )  # fmt: skip
     return number
 

@@ -39,24 +39,24 @@ def test_audit_writes_its_files_and_goes_on(run, folder, audit_in_process):
 @pytest.mark.parametrize(
     ("arguments", "code", "message"),
     [
-        (["plant.parquet"], 2, "no folder for the results was named; give one with --out FOLDER"),
+        (["plant.parquet"], 2, "no folder for the results was given; give one with --out FOLDER"),
         (["none.csv", "--out", "a"], 3, "none.csv: no such file"),
-        (["plant.parquet", "--out", "a", "--budget", "soon"], 2, "--budget = 'soon' is no time"),
-        (["plant.parquet", "--out", "a", "--prior", "2"], 2, "--prior = 2 is no share"),
+        (["plant.parquet", "--out", "a", "--budget", "soon"], 2, "--budget = 'soon' is not a duration"),
+        (["plant.parquet", "--out", "a", "--prior", "2"], 2, "--prior = 2 is not a probability"),
         (["plant.parquet", "--out", "a", "--costs", "1", "-1", "0"], 2, "missed = -1"),
         (["plant.parquet", "--out", "a", "--time-limit", "-1"], 2, "time_limit = -1 s is not positive"),
         (["plant.parquet", "--out", "a", "--loops", "XYZ"], 2, "--loops = 'XYZ' matches none of the 2 loops"),
         (["plant.parquet", "--out", "a", "--map", "none.csv"], 3, "the map cannot be read"),
         (["plant.parquet", "--out", "a", "--connections", "none.csv"], 3, "the connections cannot be read"),
         (["plant.parquet", "--out", "full"], 3, "full: is not an audit and not empty"),
-        (["--out", "full"], 3, "full: is no audit"),
+        (["--out", "full"], 3, "full: is not an audit"),
         (["plant.parquet", "--out", "a", "--dask", "tcp://127.0.0.1:9"], 3, "the scheduler cannot be reached"),
         (
             ["plant.parquet", "--out", "a", "--ledger", "postgresql+psycopg://u:pw@127.0.0.1:9/x"],
             3,
             "u:***@127.0.0.1:9/x",
         ),
-        (["plant.parquet", "--out", "a", "--ledger", "nonsense"], 2, "--ledger = 'nonsense' is no database URL"),
+        (["plant.parquet", "--out", "a", "--ledger", "nonsense"], 2, "--ledger = 'nonsense' is not a database URL"),
         (["-", "--out", "a"], 3, "cannot read the standard input"),
         (["plant.parquet", "--out", "a", "--since", "last"], 2, "--since = 'last' needs a finished audit"),
         (
@@ -64,7 +64,7 @@ def test_audit_writes_its_files_and_goes_on(run, folder, audit_in_process):
             2,
             "--page U0/FIC-00: no loop has this tag; give one of",
         ),
-        (["plant.parquet", "--out", "a", "--compare", "full"], 3, "--compare full: is no audit"),
+        (["plant.parquet", "--out", "a", "--compare", "full"], 3, "--compare full: is not an audit"),
     ],
 )
 def test_bad_input(run, folder, arguments, code, message, monkeypatch):
@@ -79,7 +79,7 @@ def test_bad_input(run, folder, arguments, code, message, monkeypatch):
     assert not (folder / "a" / "signals").exists()  # nothing was computed
 
 
-STOPPED = "Stopped. What is done is kept; the same command goes on."
+STOPPED = "Stopped. The results so far are stored; run the same command again to continue."
 COMMAND = ["audit", "plant.parquet", "--out", "audit", "--workers", "2", "--pages", "0"]
 
 
@@ -104,7 +104,7 @@ def start_and_interrupt(folder) -> tuple[subprocess.Popen[str], str]:
 def test_ctrl_c_stops_and_the_same_command_goes_on(folder, run):
     write_plant(folder / "plant.parquet", 96, 2000)
     process, said = start_and_interrupt(folder)
-    assert said == "Stopping: waiting for the loops in work (at most 10 s); press again to stop now.\n"
+    assert said == "Stopping when the running loops are finished (at most 10 s); press again to stop now.\n"
     _, err = process.communicate(timeout=60)
     assert (process.returncode, err.strip()) == (130, STOPPED)
     found = json.loads(run(*COMMAND, "--json").out)

@@ -92,7 +92,7 @@ def test_no_probability_is_printed_as_certain(capsys):
         ("file,label,loop_type\na.csv,stiction,steam\n", 'loop_type "steam" is unknown'),
         ("file,label,integrating\na.csv,stiction,maybe\n", 'integrating "maybe"'),
         ("file,label,dt_s\na.csv,stiction,often\n", 'dt_s "often"'),
-        ("file,label,group\na.csv,stiction,V\na.csv,no_stiction,V\n", "has both labels"),
+        ("file,label,group\na.csv,stiction,V\na.csv,no_stiction,V\n", "have different labels"),
         ("file,label\na.csv,stiction\n", "no record could be used"),
     ],
 )

@@ -82,7 +82,7 @@ def test_what_if_in_words_and_from_a_file(run, folder):
     done = run("compensate", "--loop", "loop.toml", "--seeds", "1", "--structured-text", "k.st")
     assert done.code == 1
     assert "FV-9: Until the shutdown: " in done.out
-    assert "The loop was given" in done.out
+    assert "The loop was not identified from a record" in done.out
     block = FunctionBlock((folder / "k.st").read_text())
     assert block.name.startswith("FV_9_")
 
@@ -101,8 +101,8 @@ def test_a_good_valve_is_an_answer(run, folder, healthy_csv):
     assert done.code == 0
     assert "No advice." in done.out
     assert "nothing to compensate" in done.out
-    assert "Structured text: not written; No stiction was found" in done.out
-    assert "Work order: not written; the valve needs no work." in done.out
+    assert "Structured text: not written. No stiction was found" in done.out
+    assert "Work order: not written. The valve needs no work." in done.out
     assert sorted(path.name for path in folder.iterdir()) == ["h.csv", "r.html"]
     [loop] = strict(run("compensate", "h.csv", "--json").out)
     assert loop.keys() == KEYS
@@ -122,7 +122,7 @@ def test_an_older_text_is_not_taken_for_this_one(run, folder, healthy_csv):
     older = "(*\nKnocker for the sticking valve of loop FIC-101.\nWritten 2026-01-31 by stiction 0.1.\n*)\n"
     (folder / "k.st").write_text(older)
     done = run("compensate", "-", "--structured-text", "k.st", stdin=healthy_csv.encode())
-    assert "k.st is an older one" in done.out
+    assert "k.st is from an earlier run" in done.out
     assert (folder / "k.st").read_text() == older
 
 
@@ -131,7 +131,7 @@ def test_a_file_of_another_is_left_alone(option, run, folder, sticky_file):
     (folder / "mine.txt").write_text("(* my own block, see # Work order: control valve of FIC-7 *)")
     done = run("compensate", sticky_file, option, "mine.txt")
     assert done.code == 3
-    assert f"mine.txt was not written by stiction and is left alone; name another file with {option}" in done.err
+    assert f"mine.txt was not written by stiction and is not replaced; give another name with {option}" in done.err
     assert (folder / "mine.txt").read_text().startswith("(* my own block")
 
 
@@ -190,7 +190,7 @@ def test_a_loop_that_breaks_is_a_row(run, folder, sticky_file, monkeypatch):
         (["a.csv", "--work-order", "a.csv"], 2, "would replace the record"),
         (["a.csv", "--work-order", "o", "--structured-text", "o"], 2, "would replace --structured-text"),
         (["a.csv", "--report", "a.csv"], 2, "--report a.csv would replace the record a.csv"),
-        (["a.csv", "--structured-text", "none/k.st"], 3, "Cannot write"),
+        (["a.csv", "--structured-text", "none/k.st"], 3, "cannot be written"),
         (["none.csv"], 3, "no such file"),
         (["--valve", "ideal"], 2, "no S and J"),
         (["--valve", "kano:S=3,J=1", "--work-order", "w.md"], 2, "needs a record"),

@@ -48,7 +48,7 @@ def test_what_if_has_neither_overlay_nor_work_order(run, folder):
     text = (folder / "r.html").read_text()
     assert re.findall(r"<h2[^>]*>([^<]+)</h2>", text) == list(SECTIONS[:-1])
     assert "The twin over the record" not in text
-    assert "The loop was given" in text
+    assert "The loop was not identified from a record" in text
 
 
 def test_a_refusal_is_a_page_without_figures(run, folder, healthy_csv):

@@ -113,7 +113,7 @@ def test_prior_and_costs_change_the_verdict(run, sticky_csv):
 
 @pytest.mark.parametrize(
     ("options", "text"),
-    [(("--prior", "0"), "prior = 0 is no share"), (("--prior", "1.5"), "between 0 and 1"),
+    [(("--prior", "0"), "prior = 0 is not a probability"), (("--prior", "1.5"), "above 0 and below 1"),
      (("--costs", "1", "1", "-0.2"), "ask")],
 )  # fmt: skip
 def test_a_wrong_prior_or_cost_is_a_usage_error(options, text, run, healthy_csv):
@@ -176,7 +176,7 @@ def test_a_constant_op_is_not_judged(run, folder):
     assert done.code == 0
     assert found["verdict"] == "undecided"
     assert (found["loop_state"]["state"], found["probability"], found["stiction"]) == ("manual", 0.25, None)
-    assert "OP rests in 100 % of the record while PV moves" in found["reason"]
+    assert "OP is constant in 100 % of the record while PV moves" in found["reason"]
     assert found["action"] == "Put the controller in automatic and record the loop again."
 
 
@@ -205,7 +205,7 @@ def test_a_report_that_cannot_be_written_is_refused_before_the_work(place, run, 
     monkeypatch.setattr("stiction.apps.diagnose.read_sources", lambda *_: pytest.fail("the work was begun"))
     done = run("diagnose", "a.csv", "--report", place)
     assert done.code == 3
-    assert "Cannot write" in done.err
+    assert "cannot be written" in done.err
     assert sorted(path.name for path in folder.iterdir()) == ["a.csv", "file"]
 
 
@@ -234,7 +234,7 @@ def test_a_report_is_named_html(name, run, folder, healthy_csv):
     (folder / "a.csv").write_text(healthy_csv)
     done = run("diagnose", "a.csv", "--report", name)
     assert done.code == 2
-    assert f"--report writes HTML, but {name} is not an HTML name; give a name that ends in .html or .htm." in done.err
+    assert f"--report writes HTML, but {name} does not end in .html or .htm; give a name that does." in done.err
     assert [path.name for path in folder.iterdir()] == ["a.csv"]
 
 

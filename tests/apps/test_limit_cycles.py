@@ -123,7 +123,7 @@ def test_a_process_of_dead_time_alone(run):
 def test_rest_levels_are_explained_where_there_are_any(run):
     """He's stem keeps its levels: a set point of 51 puts them elsewhere than the two families listed."""
     jumping = run("limit-cycles", "--valve", "he:fs=2,fd=1")
-    assert "half and integer lie symmetric about the point of rest" in jumping.out
+    assert "half and integer are symmetric about the steady state" in jumping.out
     assert "half and integer" not in run("limit-cycles").out
 
 

@@ -78,7 +78,7 @@ def test_a_map_is_written_edited_and_read_back(run, plant, folder):
 @pytest.mark.parametrize(
     ("argv", "code", "says"),
     [
-        ([], 2, "no source was named"),
+        ([], 2, "no source was given"),
         (["nothing.csv"], 3, "nothing.csv: no such file"),
         (["plant.csv", "--out", "loops.csv"], 2, "--out loops.csv does not end in .parquet"),
         (["plant.csv", "--write-map", "plant.csv"], 2, "would replace the source"),
@@ -87,7 +87,7 @@ def test_a_map_is_written_edited_and_read_back(run, plant, folder):
         (["empty"], 3, "is a folder without files"),
         (["data/*.csv"], 3, "no file matches this pattern"),
         (["plant.csv", "--map", "notes.csv"], 3, "notes.csv"),
-        (["plant.csv", "--table", "trend"], 2, "only for a database"),
+        (["plant.csv", "--table", "trend"], 2, "can be used only with a database"),
         (["plant.csv", "--max-bytes", "100"], 3, "--max-bytes"),
         (["plant.csv", "--timezone", "Mars"], 2, "'Mars' is unknown"),
         (["plant.csv", "nothing.csv", "--out", "loops.parquet"], 3, "nothing.csv: no such file"),

@@ -69,7 +69,7 @@ def test_a_file_of_another_is_left_alone(run, folder):
         for verb in (("simulate",), ("stroke",), ("valve-test", "plan", "step", "--start", "50")):
             done = run(*verb, "--out", name)
             assert done.code == 3
-            assert f"{name} was not written by stiction and is left alone; name another file with --out" in done.err
+            assert f"{name} was not written by stiction and is not replaced; give another name with --out" in done.err
             assert (folder / name).read_text() == text
     (folder / "empty.csv").touch()
     assert run("simulate", "--duration", "300", "--out", "empty.csv").code == 0

@@ -112,7 +112,7 @@ def test_every_valve_model_can_be_typed():
 
     with pytest.raises(ParameterError) as fault:
         parse_model.parse_valve("no such valve")
-    listed = str(fault.value).split("there are ")[1].rstrip(".").split(", ")
+    listed = str(fault.value).split("use one of ")[1].rstrip(".").split(", ")
     assert {name.lower().removesuffix("valve") for name in VALVE_PROPERTIES} <= set(listed)
 
 
@@ -144,7 +144,7 @@ def test_controller_is_what_is_typed(text, made):
         (parse_model.parse_valve, {"S": 3}, "no model"),
         (parse_model.parse_controller, "pi:Kc=1,Ti=soon", "must be a number"),
         (parse_model.parse_controller, "pi:Kc=1,Ti=-5", "not positive"),
-        (parse_model.parse_controller, "lqr:Q=1", "there are pi, pid, p, parallel"),
+        (parse_model.parse_controller, "lqr:Q=1", "use one of pi, pid, p, parallel"),
         (parse_model.parse_process, "foptd:K=3", 'Did you mean "fopdt"'),
         (parse_model.parse_process, "fopdt:K=3", "needs tau"),
     ],

@@ -103,7 +103,7 @@ def test_options_of_the_other_kind_are_refused(argv, says, run):
         (["analyse", "ramp", "alone.csv"], 3, "no loop with OP and PV or valve position (MV) was found"),
         (["analyse", "step", "alone.csv"], 3, "--column op=NAME --column mv=NAME"),
         (["analyse", "step", "still.csv"], 3, "OP"),
-        (["analyse", "ramp", "still.csv", "--report", "none/v.html"], 3, "Cannot write"),
+        (["analyse", "ramp", "still.csv", "--report", "none/v.html"], 3, "cannot be written"),
         (["frob"], 2, "Unknown command"),
     ],
 )
@@ -134,7 +134,7 @@ def test_a_position_in_the_unit_of_op_is_the_same_test(header, zero, span, optio
     assert found["sj"]["value"] == pytest.approx(1.0, rel=0.1)
     if options:
         done = run("valve-test", "analyse", "ramp", "raw.csv", "--op-range", "4", "20")
-        assert "assumed: The valve position lies in 5.6" in done.out
+        assert "assumed: The valve position lies between 5.6" in done.out
         assert "(mv_range), 4 to 20" in done.out
 
 
@@ -174,7 +174,7 @@ def test_an_op_in_another_unit_is_not_judged_by_a_limit_in_percent(header, low, 
     (folder / "raw.csv").write_text("\n".join([f"time_s,{header}", *lines]))
     done = run("valve-test", "analyse", "ramp", "raw.csv")
     assert done.code == 3
-    assert "not in % of span, but the limit and the steps of a valve test are; give --op-range to" in done.err
+    assert "not in % of span, which a valve test needs; give --op-range to" in done.err
     ends = [str(low), str(low + 100.0 * span)]
     done = run("valve-test", "analyse", "ramp", "raw.csv", "--op-range", *ends, "--mv-range", *ends, "--json")
     assert json.loads(done.out)["sb"]["value"] == pytest.approx(3.0, rel=0.05)
@@ -194,7 +194,7 @@ def test_a_position_that_counts_the_closing_is_refused_and_not_called_stuck(run,
     done = run("valve-test", "analyse", "ramp", "closing.csv")
     assert (done.code, done.out) == (3, "")
     assert "The valve position of closing moves against the OP, by -0." in done.err
-    assert "give 100 minus this signal" in done.err
+    assert "give the opening, which is 100 minus this signal" in done.err
 
 
 def test_a_file_that_cannot_be_used_is_an_object_of_json_too(run, folder, ramp_csv):

@@ -299,7 +299,7 @@ def test_a_twin_that_rests_more_than_the_record_is_told(diagnosis, monkeypatch):
     monkeypatch.setattr(room, "simulate_cycle", resting)
     twin = build_twin(diagnosis)
     assert twin.fits
-    assert "rests in 50 % of its periods, the record in 0 %" in twin.reason
+    assert "does not oscillate in 50 % of its periods, the record in 0 %" in twin.reason
 
 
 def test_share_of_the_periods_that_swing():

@@ -182,7 +182,7 @@ def test_without_a_remedy_nothing_is_switched_off(run, trial):
     assert "do nothing. Leave the loop as it is." in nothing
     assert "It costs more." in nothing
     assert "No remedy is recommended. No twin." in refused
-    assert "No remedy was tried" in untried
+    assert "No remedy was simulated" in untried
     assert not any("ENABLE to FALSE" in page for page in (nothing, refused, untried))
 
 

@@ -310,7 +310,7 @@ def test_what_an_oscillation_lacks_is_said():
             continue
         paced = found.regularity > 1.0
         assert (
-            f"is regular ({found.regularity:.2f}, above 1) but does not stand out of noise" in found.reason
+            f"is regular ({found.regularity:.2f}, above 1) but is not larger than noise would be" in found.reason
         ) == paced
         seen.add(paced)
     assert seen == {True, False}

@@ -319,7 +319,7 @@ def test_bad_input_names_what_to_do(plant, tmp_path, copy):
         st.audit(tmp_path / "none.csv", tmp_path / "a")
     with pytest.raises(ParameterError, match="matches none of the 24 loops"):
         st.audit(plant, tmp_path / "a", loops="XYZ*")
-    with pytest.raises(ParameterError, match="budget = 'soon' is no time"):
+    with pytest.raises(ParameterError, match="budget = 'soon' is not a duration"):
         st.audit(plant, tmp_path / "a", budget="soon")
     with pytest.raises(ParameterError, match="not before until"):
         st.audit(plant, tmp_path / "a", since="2026-03-02", until="2026-03-01")
@@ -334,9 +334,9 @@ def test_bad_input_names_what_to_do(plant, tmp_path, copy):
     (full / "letter.txt").write_text("mine")
     with pytest.raises(RecordError, match="not an audit and not empty"):
         st.audit(plant, full)
-    with pytest.raises(RecordError, match="is no audit"):
+    with pytest.raises(RecordError, match="is not an audit"):
         st.open_audit(full)
-    with pytest.raises(RecordError, match=r"cannot be (used|opened) as a ledger"):
+    with pytest.raises(RecordError, match=r"cannot be (used|opened) as a database of results"):
         st.audit(plant, tmp_path / "b", ledger="postgresql+psycopg://x:y@127.0.0.1:9/none")
     (copy / "audit.toml").write_text('format = 99\nversion = "9.9"\n')
     with pytest.raises(RecordError, match=r"audit of format 99, written by stiction 9\.9"):

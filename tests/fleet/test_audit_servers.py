@@ -125,5 +125,5 @@ def test_dask_workers_that_do_not_fit_are_refused(plant, tmp_path, monkeypatch):
     with pytest.raises(RecordError, match="the scheduler cannot be reached"):
         st.audit(plant, tmp_path / "a", dask="tcp://127.0.0.1:9")
     monkeypatch.setattr("stiction.__version__", "0.0.0")
-    with pytest.raises(RecordError, match=r"worker tcp://\S+ has stiction .*, here is 0\.0\.0"):
+    with pytest.raises(RecordError, match=r"worker tcp://\S+ has stiction .*, this computer has 0\.0\.0"):
         st.audit(plant, tmp_path / "b", dask="local", workers=1)

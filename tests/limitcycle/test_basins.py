@@ -132,7 +132,7 @@ def test_jump_is_what_makes_a_self_regulating_loop_cycle():
     loop = st.Loop(st.PID(0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
     (branch,) = bifurcation(loop, "J", [1.0, 2.0, 3.0], searches=2).branches
     assert np.all(np.diff(branch.period) < 0.0)
-    with pytest.raises(st.ParameterError, match="unknown"):
+    with pytest.raises(st.ParameterError, match="not a parameter of this loop"):
         bifurcation(loop, "d", [1.0])
 
 

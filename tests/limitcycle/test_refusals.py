@@ -56,8 +56,8 @@ def test_an_array_that_is_wrong_is_not_printed_whole():
     [
         (["abc"], "family = 'abc' is unknown"),
         ([math.nan], "family = nan is unknown"),
-        ("half", "families = 'half' is not a series"),
-        (5, "families = 5 is not a series"),
+        ("half", "families = 'half' is not a list of families"),
+        (5, "families = 5 is not a list of families"),
     ],
 )
 def test_families_that_are_none(valve, families, told):

@@ -58,7 +58,7 @@ def test_one_figure_brings_its_series(capsys):
 @pytest.mark.parametrize("number", ["1", "9"])
 def test_a_figure_that_is_not_there_is_wrong_usage(capsys, number):
     assert main(["paper", "--figure", number]) == 2
-    assert "not one of 2 to 8" in capsys.readouterr().err
+    assert "is outside 2 to 8" in capsys.readouterr().err
 
 
 def test_a_page_of_another_program_is_left_alone(tmp_path, capsys):
@@ -66,7 +66,7 @@ def test_a_page_of_another_program_is_left_alone(tmp_path, capsys):
     other.write_text("mine")
     assert main(["paper", "--figure", "3", "--report", str(other)]) == 3
     assert other.read_text() == "mine"
-    assert "left alone" in capsys.readouterr().err
+    assert "is not replaced" in capsys.readouterr().err
 
 
 def test_page_says_what_is_simulated_and_asks_no_network(page):

@@ -364,7 +364,7 @@ def test_clock_jumps_of_the_reader(good):
 def test_a_change_of_summer_time_that_was_undone_lowers_nothing(good):
     record = replace(good, provenance=replace(good.provenance, clock_jumps=1, summer_time=1))
     assert faults(record) == {}
-    assert "summer time was undone" in describe_check(gate(record, "clock jumps"))
+    assert "summer time was corrected" in describe_check(gate(record, "clock jumps"))
     other = replace(good, provenance=replace(good.provenance, clock_jumps=2, summer_time=1))
     assert faults(other) == {"clock jumps": "warn"}
 

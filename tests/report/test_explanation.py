@@ -58,7 +58,7 @@ def test_the_alternatives_are_those_of_the_identification(found):
     assert sorted(row[1] for row in table.rows) == sorted(map(labels.format_number, ratios.values()))
     assert table.rows[0][1] == labels.format_number(found.strongest_alternative[1])
     assert [row[0] for row in steps_of(diagnosis())[ALTERNATIVES].table.rows] == [
-        "periodic load", "nonlinear valve characteristic", "good valve", "apart: sticky valve without slip jump",
+        "periodic load", "switching load", "good valve", "apart: sticky valve without slip jump",
     ]  # fmt: skip
 
 
@@ -88,9 +88,9 @@ def test_five_causes_have_a_row_each(found):
 def test_both_processes_are_described():
     valve = identification(record())
     lines = dict(describe_identification(replace(valve, linear=ProcessFit(1.2, 5.0, 2.0, True)), "%"))
-    sticky = "Gain 3 PV units per %, time constant 10 s, dead time 10 s."
+    sticky = "gain 3 PV units per %, time constant 10 s, dead time 10 s."
     assert lines["Process with the sticky valve"].replace("\u00a0", " ") == sticky
-    good = "Integrating process, gain 1.2 PV units per % and second, dead time 2 s."
+    good = "integrating process, gain 1.2 PV units per % and second, dead time 2 s."
     assert lines["Process with a good valve"].replace("\u00a0", " ") == good
 
 

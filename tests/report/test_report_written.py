@@ -99,7 +99,7 @@ def test_the_state_of_the_loop_comes_first_where_it_is_not_in_control(tmp_path):
     text = " ".join(page.text)
     assert page.headings == SECTIONS
     assert text.index("PV is frozen") < text.index("Check the transmitter") < text.index("Trends")
-    assert "The valve was not judged." in text
+    assert "The valve was not diagnosed." in text
     assert not any("Causes of the oscillation" in label for label in page.labels)
     assert "Cannot tell: PV is frozen" in " ".join(written(tmp_path, found, diagnosis()).text)
 

@@ -108,7 +108,7 @@ def test_features_that_contribute_have_bars_with_their_log_odds():
 
 def test_the_strongest_alternative_is_the_first_bar():
     [bars] = figure_of(figures.likelihood_ratios, diagnosis()).plot["data"]
-    assert bars["y"][:2] == ["periodic load", "nonlinear valve characteristic"]
+    assert bars["y"][:2] == ["periodic load", "switching load"]
     assert bars["text"] == ["-7", "45", "310", "12.5"]
     assert bars["x"] == pytest.approx(np.arcsinh(np.array([-7.0, 45.0, 310.0, 12.5]) / 20.0))
     missing = identification(record(), likelihood_ratios={"good": float("nan")})

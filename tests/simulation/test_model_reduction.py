@@ -108,5 +108,5 @@ def test_phenomena_of_section_five():
 
 def test_phenomena_need_a_valve_that_can_stair():
     valve = table1_reading_a()
-    with pytest.raises(st.ParameterError, match="no ramp gives stairs"):
+    with pytest.raises(st.ParameterError, match="has no critical rate"):
         st.phenomena_table(replace(valve, static=valve.coulomb))

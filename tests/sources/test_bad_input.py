@@ -32,16 +32,16 @@ BAD = {
     "no OP": (f"time_s,PV,XX\n{ROWS}".encode(), "no loop with OP and PV.*PV, XX.*columns="),
     "no header": (ROWS.encode(), "line 1: there is no header.*columns="),
     "two PV": (f"PV,PV,OP\n{ROWS}".encode(), "'PV' and 'PV' are both the PV"),
-    "no time": (f"foo,PV,OP\n{ROWS}".encode(), "no column is known as time.*dt in"),
+    "no time": (f"foo,PV,OP\n{ROWS}".encode(), "no column was recognised as the time.*dt in"),
     "one row": (b"time_s,PV,OP\n0,1,2\n", "has 1 rows? of data; 10 or more"),
     "three rows": (b"time_s,PV,OP\n0,1,2\n1,2,3\n2,3,4\n", "has 3 rows of data; 10 or more"),
     "all missing": (
         b"time_s,PV,OP\n" + b"".join(b"%d,Bad,5\n" % k for k in range(50)),
-        "column PV: holds no number",
+        "column PV: contains no number",
     ),
     "text as OP": (
         b"time_s,PV,OP\n" + b"".join(b"%d,5.5,open\n" % k for k in range(50)),
-        "column OP: holds no number.*'open'",
+        "column OP: contains no number.*'open'",
     ),
     "time stands still": (b"time_s,PV,OP\n" + b"5,1,2\n" * 50, "all time stamps are equal; give dt"),
     "time not understood": (
@@ -84,11 +84,11 @@ def test_bad_content(case):
 def test_bad_paths(tmp_path):
     with pytest.raises(RecordError, match=r"nothing.csv: no such file"):
         read(tmp_path / "nothing.csv")
-    with pytest.raises(RecordError, match=r"is a folder without files; name the folder"):
+    with pytest.raises(RecordError, match=r"is a folder without files; give the folder"):
         read(tmp_path)
     with pytest.raises(RecordError, match=r"cannot be read"):
         read("a\0b")
-    with pytest.raises(RecordError, match=r"cannot read int as a record"):
+    with pytest.raises(RecordError, match=r"cannot read an object of type int"):
         read(5)
     with pytest.raises(RecordError, match=r"opened as text; open it with mode 'rb'"):
         read(io.StringIO("time_s,PV,OP\n"))
@@ -223,7 +223,7 @@ print(min(times), *[name for name in ("numba", "scipy", "plotly", "pandas", "sql
 
 
 def test_columns_that_name_no_signals_are_refused(read_text):
-    with pytest.raises(ParameterError, match="is no mapping of signals to columns; give for example"):
+    with pytest.raises(ParameterError, match="does not map signals to columns; give for example"):
         read_text("time_s,PV,OP\n0,1,2\n", columns="OP")
 
 
@@ -287,7 +287,7 @@ def test_wherever_a_file_is_cut_off_all_whole_rows_are_read(keep, read_text):
         ({"delimiter": 5}, "delimiter is of type int"),
         ({"time_format": 5}, "time_format is of type int"),
         ({"day_first": "yes"}, "day_first is of type str; give True or False"),
-        ({"columns": {"op": None}}, r"columns\['op'\] = None is no column; give its name or its number"),
+        ({"columns": {"op": None}}, r"columns\['op'\] = None is neither a name nor a number; give the name"),
         ({"columns": {5: "OP"}}, "a signal of columns is of type int; give its name"),
         ({"dt": 10**400}, "dt is a number in s beyond"),
     ],

@@ -196,9 +196,9 @@ def test_a_named_pipe_is_read_once(tmp_path):
 def test_bad_paths(tmp_path):
     for path, message in (
         (tmp_path / "nothing.csv", "no such file; check"),
-        (tmp_path, "is a folder; name a file in it"),
+        (tmp_path, "is a folder; give a file in it"),
         ("a\0b", "cannot be read"),
-        (5, "cannot read int as a record"),
+        (5, "cannot read an object of type int"),
         (io.StringIO("time_s,PV,OP\n"), "opened as text; open it with mode 'rb'"),
     ):
         with pytest.raises(RecordError, match=message):

@@ -97,5 +97,5 @@ def test_rows_out_of_order_or_there_twice_are_sorted(order, reading):
 
 
 def test_two_exports_one_below_the_other_are_no_clock_set_back(reading):
-    with pytest.raises(RecordError, match=r"one elsewhere in the file .* where two exports stand one below"):
+    with pytest.raises(RecordError, match=r"have the same time stamp as another row .* two exports one below"):
         reading(K % 300)

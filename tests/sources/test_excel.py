@@ -112,7 +112,7 @@ def test_each_sheet_with_a_table_is_one(tmp_path: Path) -> None:
     assert [table.origin.stem for table in read(tmp_path / "a.xlsx", sheet="fic102")] == ["FIC102"]
     with pytest.raises(ParameterError, match=r"has no sheet 'FIC7'; give one of .*FIC101"):
         read(tmp_path / "a.xlsx", sheet="FIC7")
-    with pytest.raises(RecordError, match=r"no sheet holds a table"):
+    with pytest.raises(RecordError, match=r"no sheet contains a table"):
         read(tmp_path / "a.xlsx", sheet="Notes")
 
 

@@ -240,7 +240,7 @@ def test_tags_in_rows(corner, form, loop):
     text = "\n".join(",".join(row) for row in [[corner, *stamps(form=form)], *rows]) + "\n"
     record = read_one(text)
     check_signals(record, loop)
-    assert any("turned" in note for note in record.provenance.assumptions)
+    assert any("transposed" in note for note in record.provenance.assumptions)
 
 
 @pytest.mark.parametrize(("low", "high"), [(4.0, 20.0), (0.0, 1.0)])

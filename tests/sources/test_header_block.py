@@ -208,7 +208,7 @@ def test_a_column_without_a_name_is_refused_and_an_empty_one_is_not(names, read_
     # R writes row numbers so; a name further left, PV would be read as OP.
     pv, _, op = values()
     lines = [f"{k + 1},{2 * k},{x},{y}" for k, (x, y) in enumerate(zip(pv, op, strict=True))]
-    with pytest.raises(RecordError, match="has 3 names over 4 columns; write one name over each column"):
+    with pytest.raises(RecordError, match="has 3 names for 4 columns; write one name above each column"):
         read_text("\n".join([names, *lines]))
     [record] = read_text("\n".join([f"row,{names}", *lines]))
     assert record.dt == 2.0

@@ -177,7 +177,7 @@ def test_tags_in_rows(corner, form, words):
     for column, word in zip(columns, words, strict=True):
         assert values(column) == SIGNALS[word].tolist()
         assert np.diff(column.clock.stamps.seconds).tolist() == [2.0] * (N - 1)
-    assert any("is turned" in note for note in columns[0].table.notes)
+    assert any("is transposed" in note for note in columns[0].table.notes)
 
 
 @pytest.mark.parametrize("title", ["", "Trend of unit 3\n\n"])

@@ -95,7 +95,7 @@ def test_time_columns_that_hold_the_same_are_one_clock():
     pv, op = read_layout([table], ReadOptions())
     assert pv.clock is op.clock
     assert not pv.own_clock
-    assert any("2 time columns hold the same times" in note for note in table.notes)
+    assert any("2 time columns contain the same times" in note for note in table.notes)
 
 
 @pytest.mark.parametrize(

@@ -91,7 +91,7 @@ def test_units_and_descriptions_in_rows_of_the_header(header):
 
 def test_columns_without_a_header_are_named_by_number():
     text = lines([stamp(k) for k in K], PV, OP, PV)
-    with pytest.raises(RecordError, match="line 1: there is no header above the 4 columns; say what they are"):
+    with pytest.raises(RecordError, match="line 1: there is no header above the 4 columns; name them"):
         columns_of(text)
     options = ReadOptions(columns={"time": 0, "pv": 1, "op": 2})
     tables = text_format.read(open_sources(io.BytesIO(text.encode()), options)[0], options)

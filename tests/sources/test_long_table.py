@@ -42,7 +42,7 @@ def text(events, header="Tag,Timestamp,Value", more=""):
 def test_each_tag_stands_until_its_next_value(events, read_text):
     [record] = read_text(text(events))
     assert (record.tag, record.dt, record.start) == ("FIC-1", 1.0, START)
-    assert any("a value stands until the next" in guess for guess in record.provenance.assumptions)
+    assert any("a value is used until the next one" in guess for guess in record.provenance.assumptions)
     for second in range(5, len(record), 7):
         if np.isfinite(record.op[second] + record.pv[second]):
             op = [value for when, value in events["FIC-1.OP"] if when <= second][-1]
@@ -100,7 +100,7 @@ def test_blocks_by_field_of_influxdb(annotated, n, signals, read_text):
     [record] = read_text(flux(one, annotated))
     assert (record.tag, record.loop_type, record.dt, len(record)) == ("FIC-1", "flow", 1.0, n)
     assert (record.pv.tolist(), record.op.tolist()) == (pv, op)
-    assert not any("carry a zone" in guess for guess in record.provenance.assumptions)
+    assert not any("have a time zone" in guess for guess in record.provenance.assumptions)
     flow, level = read_text(flux([*one, ("LIC-2", "pv", op), ("LIC-2", "op", pv)], annotated))
     assert (flow.op.tolist(), level.tag, level.op.tolist()) == (op, "LIC-2", pv)
     [record] = read_text(flux([("opc", "FIC-1.PV", pv), ("opc", "FIC-1.OP", op)], annotated))
@@ -127,9 +127,11 @@ def test_values_that_share_a_stamp_with_the_next_are_said(events, read_text):
     twice = {tag: [*list_, (list_[40][0], 7.5), list_[-1]] for tag, list_ in events.items()}
     [record] = read_text(text(twice))
     for tag in ("FIC-1.PV", "FIC-1.OP"):
-        note = f"1 value of {tag} with the time stamp of the next, which is another."
+        note = f"1 value of {tag} with the same time stamp as the next value, which differs."
         assert any(note in one for one in record.provenance.assumptions)
-    assert not any("time stamp of the next" in note for note in read_text(text(events))[0].provenance.assumptions)
+    assert not any(
+        "the same time stamp as the next" in note for note in read_text(text(events))[0].provenance.assumptions
+    )
 
 
 def test_several_loops_bad_values_and_any_order_of_columns(signals, read_text):

@@ -146,7 +146,7 @@ def test_day_numbers_and_texts_of_time(tmp_path: Path) -> None:
 
 def test_what_holds_no_loop_is_refused(tmp_path: Path) -> None:
     savemat(tmp_path / "a.mat", {"gain": 3.0, "note": "none"})
-    with pytest.raises(RecordError, match=r"holds no vectors of numbers; save time, pv, op"):
+    with pytest.raises(RecordError, match=r"contains no vectors of numbers; save time, pv, op"):
         read(tmp_path / "a.mat")
     with h5py.File(tmp_path / "b.mat", "w") as file:
         table = file.create_dataset("trend", data=np.zeros((1, 6), dtype=np.uint32))
@@ -161,14 +161,14 @@ def test_links_to_other_files_are_not_followed(tmp_path: Path) -> None:
     with h5py.File(tmp_path / "a.mat", "w") as file:
         for name in ("pv", "op"):
             file[name] = h5py.ExternalLink(str(tmp_path / "secret.mat"), f"/{name}")
-    with pytest.raises(RecordError, match="holds no vectors"):
+    with pytest.raises(RecordError, match="contains no vectors"):
         read(tmp_path / "a.mat")
 
 
 def test_missing_h5py_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = save(tmp_path / "a.mat", VARIABLES, "7.3")
     monkeypatch.setitem(sys.modules, "h5py", None)
-    with pytest.raises(MissingExtraError, match=r"needs h5py; pip install 'stiction\[matlab\]'"):
+    with pytest.raises(MissingExtraError, match=r'needs h5py; .* pip install "stiction\[matlab\]"'):
         read(path)
 
 

@@ -57,7 +57,7 @@ def test_columns_of_one_loop_and_the_tag_of_another_are_refused(signals, table, 
     text = table("time_s,FIC-1.PV,FIC-1.OP,LIC-2.PV,LIC-2.OP", t, pv, op, 2 * pv, op)
     [record] = read_text(text, columns={"op": "FIC-1.OP"}, tag="fic-1")
     assert record.provenance.unused_columns == ("LIC-2.PV", "LIC-2.OP")
-    says = r"columns names columns of the loop FIC-1, tag the loop LIC-2; leave one of them out"
+    says = r"columns assigns columns of the loop FIC-1, but tag asks for the loop LIC-2; leave one of them out"
     with pytest.raises(RecordError, match=says):
         read_text(text, columns={"op": "FIC-1.OP"}, tag="LIC-2")
     with pytest.raises(RecordError, match="has no loop 'X'; its loops are FIC-1, LIC-2"):
@@ -142,12 +142,12 @@ def test_an_op_in_another_unit_than_percent_is_told(unit, signals, table, read_t
     t, pv, op, _ = signals
     text = table(f"time_s,FIC-1.PV [t/h],FIC-1.OP [{unit}]", t, pv, 3.0 + 0.12 * op)
     [record] = read_text(text)
-    assert any(f"OP is given in {unit}: left as it is" in guess for guess in record.provenance.assumptions)
+    assert any(f"OP is given in {unit}: it is not converted" in guess for guess in record.provenance.assumptions)
     assert (record.op_unit, record.provenance.op_unit) == ("OP units", unit)
     [gate] = [gate for gate in assess_quality(record).checks if gate.name == "op scale"]
     assert (
         gate.severity,
-        f"in {unit} (by its header): S and J are in its unit, not in % of span" in describe_check(gate),
+        f"in {unit} (according to its header): S and J are in its unit, not in % of span" in describe_check(gate),
     ) == ("warn", True)
     [record] = read_text(text, op_range=(3.0, 15.0))
     assert record.op_unit == "% of span"

@@ -95,7 +95,9 @@ def test_thousands_without_decimals_are_refused_where_they_would_be_read_as_deci
     if mark == "," and late:
         np.testing.assert_array_equal(read_text(text)[0].pv, big)  # a decimal point is the rule until a cell speaks
         return
-    with pytest.raises(RecordError, match=rf"column PV: '999' beside '1\{mark}0.*' may be thousands .*decimal="):
+    with pytest.raises(
+        RecordError, match=rf"column PV: the column has '999' and '1\{mark}0.*' may separate thousands; .*decimal="
+    ):
         read_text(text)
     other = "," if mark == "." else "."
     np.testing.assert_array_equal(read_text(text, decimal=other)[0].pv, big)

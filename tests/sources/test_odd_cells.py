@@ -108,5 +108,5 @@ def test_a_record_with_such_a_number_is_judged_like_one_with_a_gap(signal):
 
 @pytest.mark.parametrize("op_range", [(0, 1, 2), (4,), (), 20.0])
 def test_a_range_that_is_no_pair(read_text, op_range):
-    with pytest.raises(ParameterError, match=r"op_range = .* is no pair of numbers; give"):
+    with pytest.raises(ParameterError, match=r"op_range = .* is not a pair of numbers; give"):
         read_text(lines(cells()), op_range=op_range)

@@ -135,7 +135,7 @@ def test_an_export_pasted_twice_is_no_faster_record(signals, table, read_text):
     [record] = read_text(text + text.partition("\n")[2])
     assert (record.dt, len(record)) == (1.0, len(t))
     np.testing.assert_array_equal(record.op, op)
-    assert any("with the time stamp of the next" in guess for guess in record.provenance.assumptions)
+    assert any("with the same time stamp as the next" in guess for guess in record.provenance.assumptions)
 
 
 def test_an_hour_back_in_february_is_no_end_of_summer_time(signals, table, read_text):

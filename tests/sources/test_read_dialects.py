@@ -90,7 +90,7 @@ def test_mv_is_the_position_beside_an_op(signals, table, read_text):
 @pytest.mark.parametrize("header", ["Time,FIC101.X,FIC101.Y,FIC101.W", "Time,FIC101.Actual,FIC101.Mode,FIC101.SP"])
 def test_what_may_be_another_signal_is_asked_for(header, signals, table, read_text):
     t, pv, op, sp = signals
-    with pytest.raises(RecordError, match="say which is which"):
+    with pytest.raises(RecordError, match="assign the columns with"):
         read_text(table(header, t, pv, op, sp))
 
 
@@ -134,7 +134,7 @@ def test_a_measured_value_taken_for_the_position_is_named_in_the_refusal(signals
     text = table("Time,FIC-1:MV [bar],FIC-1:OUT", t, pv, op)
     [record] = read_text(text)
     with pytest.raises(
-        RecordError, match=r"no PV; .*FIC-1:MV \[bar\] was taken for the valve position; if it is the PV"
+        RecordError, match=r"no PV; .*FIC-1:MV \[bar\] was taken as the valve position; if it is the PV"
     ):
         st.diagnose(record)
     [record] = read_text(text, columns={"pv": "FIC-1:MV [bar]"})
@@ -216,7 +216,7 @@ def test_named_columns(signals, table, read_text):
         read_text(text, columns={"pv": "x", "op": "b"})
     with pytest.raises(RecordError, match=r"no column 9 for OP.*0 to 3"):
         read_text(text, columns={"pv": "a", "op": 9})
-    with pytest.raises(ParameterError, match="'valve' is no signal"):
+    with pytest.raises(ParameterError, match="'valve' is not a signal"):
         read_text(text, columns={"pv": "a", "valve": "b"})
 
 

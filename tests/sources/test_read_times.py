@@ -163,7 +163,7 @@ def test_newest_first_unsorted_and_repeated_rows(signals, table, read_text):
     [record] = read_text(table("time_s,PV,OP", t[order], pv[order], op[order]))
     np.testing.assert_array_equal(record.op, op)
     assert record.provenance.clock_jumps == 1
-    assert any("with the time stamp of the next" in guess for guess in record.provenance.assumptions)
+    assert any("with the same time stamp as the next" in guess for guess in record.provenance.assumptions)
 
 
 def test_shuffled_rows_are_sorted_and_not_said_to_be_turned_round(signals, table, read_text):
@@ -187,7 +187,7 @@ def test_uneven_stamps_are_held_never_interpolated(table, read_text):
         moment = t[0] + record.time[k]
         last = max(i for i in range(300) if t[i] <= moment + 1e-6)
         assert (record.op[k], record.pv[k]) == (op[last], pv[last])
-    assert any("held" in guess for guess in record.provenance.assumptions)
+    assert any("each value is used until the next one" in guess for guess in record.provenance.assumptions)
 
 
 def test_jittering_stamps_keep_every_row(signals, table, read_text):
@@ -248,7 +248,7 @@ def test_rounded_stamps_that_tell_no_period_are_refused_and_dt_cures_it(signals,
     moments = np.cumsum(np.random.default_rng(2).uniform(5, 40, len(pv)))
     cells = [(START + timedelta(seconds=s)).strftime("%Y-%m-%d %H:%M") for s in moments]
     text = table("Time,PV,OP", cells, pv, op)
-    with pytest.raises(RecordError, match=r"of 120 rows have the time stamp .* are rounded; .* dt in seconds"):
+    with pytest.raises(RecordError, match=r"of 120 rows have the same time stamp .* are rounded; .* dt in seconds"):
         read_text(text)
     [record] = read_text(text, dt=20.0)
     assert (record.dt, record.start) == (20.0, START)
@@ -262,7 +262,7 @@ def test_a_few_rows_of_one_stamp_and_other_values_are_left_out_and_said(signals,
     [record] = read_text(table("time_s,PV,OP", t, pv, op))
     assert np.isnan(record.op[20])
     assert any(
-        "2 rows with the time stamp of the next, 2 rows of them with" in guess
+        "2 rows with the same time stamp as the next row, 2 rows of them with" in guess
         for guess in record.provenance.assumptions
     )
 
@@ -376,7 +376,9 @@ def test_a_tenth_of_the_rows_may_share_a_stamp_and_differ(shared, table, read_te
     if shared == 20:
         [record] = read_text(text)
         assert len(record) == 180
-        assert any("20 rows with the time stamp of the next" in guess for guess in record.provenance.assumptions)
+        assert any("20 rows with the same time stamp as the next" in guess for guess in record.provenance.assumptions)
     else:
-        with pytest.raises(RecordError, match="21 of 200 rows have the time stamp of the next and other values"):
+        with pytest.raises(
+            RecordError, match="21 of 200 rows have the same time stamp as the next row but other values"
+        ):
             read_text(text)

@@ -184,7 +184,7 @@ def test_the_user_overrules_the_names():
         assigned(names, columns={"pv": "x"})
     with pytest.raises(RecordError, match=r"no column 9 for OP; they are numbered 0 to 6"):
         assigned(names, columns={"op": 9})
-    with pytest.raises(ParameterError, match="'valve' is no signal"):
+    with pytest.raises(ParameterError, match="'valve' is not a signal"):
         assigned(names, columns={"valve": 1})
     with pytest.raises(RecordError, match=r"no loop 'XIC'; its loops are LIC-2"):
         assigned("LIC-2.PV,LIC-2.OP", tag="XIC")

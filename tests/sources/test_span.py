@@ -80,7 +80,7 @@ def test_a_position_in_another_range_is_told():
     assert position_to_percent(in_span(POSITION, 4, 20), "mA", OP).values == pytest.approx(POSITION)
     assert position_to_percent(in_span(POSITION, 2, 9), "V", OP, mv_range=(2, 9)).values == pytest.approx(POSITION)
     [note] = position_to_percent(in_span(POSITION, 4, 20), "", OP).notes
-    assert "as a signal of 4 to 20 would" in note
+    assert "as a signal of 4 to 20" in note
     assert "(mv_range), 4 to 20" in note
     [note] = position_to_percent(POSITION, "mm", OP).notes
     assert "(mv_range), low to high" in note

@@ -139,7 +139,7 @@ def test_nothing_is_written(url: str) -> None:
         ({"query": "SELEKT 1"}, "refuses the query .*SELEKT"),
         ({"query": "SELECT at FROM trend", "time": "ts"}, "the query has no column 'ts'; it has at"),
         ({"query": "SELECT at, at FROM trend"}, "two columns of the query have one name"),
-        ({"table": "trend", "time": "at", "since": "2027-01-01"}, "gives no row"),
+        ({"table": "trend", "time": "at", "since": "2027-01-01"}, "there is no row"),
         ({"table": "trend", "max_bytes": 1000}, "larger than 1,000 bytes"),
     ],
 )
@@ -181,7 +181,7 @@ def test_wrong_urls(tmp_path: Path) -> None:
         read_database("plantdb://ana:hush@host/plant", table="trend")
     with pytest.raises(MissingExtraError, match=r"needs pymysql.*pip install pymysql"):
         read_database("mysql+pymysql://ana:hush@host/plant", table="trend")
-    with pytest.raises(ParameterError, match="is no database URL"):
+    with pytest.raises(ParameterError, match="is not a database URL"):
         read_database("postgresql://ana:hush@host:port/plant", table="trend")
     with pytest.raises(RecordError, match="no such file"):
         read_database(f"sqlite:///{tmp_path}/none.db", table="trend")

@@ -79,12 +79,15 @@ def test_millionths_of_a_day_of_wincc(signals, table, read_text):
 
 def test_a_column_that_may_be_the_time_is_named(signals, table, read_text):
     t, pv, op, _ = signals
-    says = r"no column is known as time; if 'Tick' is, say so with columns=\{'time': 'Tick'\}, or give .* dt in seconds"
+    says = (
+        r"no column was recognised as the time; if it is 'Tick', name it with columns=\{'time': 'Tick'\}, "
+        r"or give .* dt in seconds"
+    )
     for column in (t, EPOCH + t, t[::-1], cells(str)):
         with pytest.raises(RecordError, match=says) as caught:
             read_text(table("PV,Tick,OP", pv, column, op))
     shown = caught.value.text(option_text)
-    assert "if 'Tick' is, say so with --column time=Tick, or give the sampling period with --dt in seconds" in shown
+    assert "if it is 'Tick', name it with --column time=Tick, or give the sampling period with --dt in seconds" in shown
     with pytest.raises(RecordError, match=r"columns=\{'time': 'Tick'\}"):
         read_text(table("Tick,PV,OP", t, pv, op), columns={"pv": "PV", "op": "OP"})
     [record] = read_text(table("Tick,PV,OP", t, pv, op), columns={"time": "Tick", "pv": "PV", "op": "OP"})
@@ -109,7 +112,7 @@ def test_a_zone_by_its_name_is_a_wall_clock_and_said_so(signals, table, read_tex
     _, pv, op, _ = signals
     [record] = read_text(table("Time,PV,OP", cells(FORMS["Java"]), pv, op))
     assert record.start == START
-    assert any("zone CET is not looked up" in guess for guess in record.provenance.assumptions)
+    assert any("time zone CET is not known" in guess for guess in record.provenance.assumptions)
     [record] = read_text(table("Time,PV,OP", [cell.replace("CET", "UTC") for cell in cells(FORMS["Java"])], pv, op))
     assert record.start == START.replace(tzinfo=UTC)
     assert record.provenance.assumptions == ()
@@ -234,7 +237,7 @@ def test_the_year_first_in_two_digits(signals, table, read_text):
     stamps = cells(lambda t: t.strftime("%y/%m/%d %H:%M:%S"), step=60, start=late)
     [record] = read_text(table("Time,PV,OP", stamps, pv, op))
     assert (record.dt, record.start, len(record)) == (60.0, late, len(pv))
-    assert any("follow each other" in guess for guess in record.provenance.assumptions)
+    assert any("the days are then in order" in guess for guess in record.provenance.assumptions)
     # A last number above 31 can only be a year.
     stamps = cells(lambda t: t.strftime("%d/%m/%y %H:%M:%S"), start=datetime(1998, 2, 1, 10))
     assert read_text(table("Time,PV,OP", stamps, pv, op))[0].start == datetime(1998, 2, 1, 10)

@@ -182,7 +182,7 @@ BAD = {
         lines([[f"{k}", f"{700 + k:,}.5", "40"] for k in range(400)]).encode(),
         "commas between columns and within numbers, such as 1,0",
     ),
-    "a missing name": (lines([[f"{k}", *row] for k, row in enumerate(ROWS)]).encode(), "has 3 names over 4 columns"),
+    "a missing name": (lines([[f"{k}", *row] for k, row in enumerate(ROWS)]).encode(), "has 3 names for 4 columns"),
 }
 
 

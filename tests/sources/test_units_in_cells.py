@@ -71,12 +71,12 @@ def test_a_long_table_has_the_units_of_each_tag(signals, read_text):
 
 def test_units_under_no_header_are_refused(signals, grafana, read_text):
     _, _, rows = grafana(" bar", " mA", 4.0 + 0.16 * signals[2]).partition("\n")
-    with pytest.raises(RecordError, match="has numbers in bar without a header; write one"):
+    with pytest.raises(RecordError, match="has numbers in bar but no header; write a header"):
         read_text(rows, columns={"time": 0, "pv": 1, "op": 2})
 
 
 def test_a_unit_in_the_header_and_another_in_the_cells_is_refused(grafana, read_text):
     text = grafana(" bar", " %")
     assert read_text(text.replace("FIC-1.PV", "FIC-1.PV [BAR]"))[0].provenance.pv_unit == "BAR"
-    with pytest.raises(RecordError, match=r"column FIC-1.OP \[mA\]: is in mA by its header and in % by its numbers"):
+    with pytest.raises(RecordError, match=r"column FIC-1.OP \[mA\]: its header says mA, its numbers say %"):
         read_text(text.replace("FIC-1.OP", "FIC-1.OP [mA]"))

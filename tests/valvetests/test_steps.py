@@ -273,7 +273,7 @@ def test_plan_returns_to_its_start():
     plan = st.plan_step_test(50.0)
     assert plan.op[0] == plan.op[-1] == 50.0
     assert plan.upset == 5.0
-    with pytest.raises(st.ParameterError, match="leaves 0 to 100"):
+    with pytest.raises(st.ParameterError, match="would leave 0 to 100"):
         st.plan_step_test(97.0)
     with pytest.raises(st.ParameterError, match="5 samples"):
         st.plan_step_test(50.0, hold=3.0)

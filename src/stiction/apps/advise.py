@@ -82,7 +82,7 @@ def advise_file(
     if single and len(records) > 1:
         tags = ", ".join(record.tag for record in records)
         raise ParameterError(
-            f"{single[0]} is for one loop, but {file} holds {len(records)} ({tags}); choose one with --tag."
+            f"{single[0]} is for one loop, but {file} contains {len(records)} loops ({tags}); choose one with --tag."
         )
     (print_err if as_json else print_out)(summarise(records).summary())
     diagnoses: list[Diagnosis] = []

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Group, Parameter
 
-from stiction.apps.options import JsonOption, option_text, reject_misplaced_options
+from stiction.apps.options import JsonOption, reject_misplaced_options
 from stiction.apps.reading_options import ReadingOptions
 from stiction.errors import ParameterError, StictionError
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 __all__ = ["audit", "print_audit"]
 
-SOURCES = "What to read: files, folders, patterns or database URLs, as `stiction diagnose` takes them."
+SOURCES = "What to read: files, folders, patterns or database URLs, as for `stiction diagnose`."
 Results = Group("Results", sort_key=2)
 
 
@@ -82,13 +82,13 @@ def audit(
 
     reject_misplaced_options(sources, audit)
     if out is None:
-        raise ParameterError("no folder for the results was named; give one with --out FOLDER.")
+        raise ParameterError("no folder for the results was given; give one with --out FOLDER.")
     if pages < 0:
         raise ParameterError(f"--pages {pages} is negative; give 0 or more.")
     other = None if compare is None else _open(compare, None, "--compare ")
     found = _run(sources, out, locals()) if sources else _open(out, ledger)
     if found is None:
-        print_err("Stopped. What is done is kept; the same command goes on.")
+        print_err("Stopped. The results so far are stored; run the same command again to continue.")
         return 130
     if not sources:
         _check_pages(page, [row["tag"] for row in found.rows])
@@ -137,7 +137,7 @@ def _run(sources: tuple[str, ...], out: str, given: dict[str, Any]) -> "Audit | 
                 stop=interrupt.stop, **chosen,
             )  # fmt: skip
     except KeyboardInterrupt:
-        print_err("Stopped. What is done is kept; the same command goes on.")
+        print_err("Stopped. The results so far are stored; run the same command again to continue.")
         raise
     return found if found.run["finished"] else None
 
@@ -148,7 +148,7 @@ def _check_pages(pages: tuple[str, ...], tags: list[str]) -> None:
         if tag not in tags:
             close = difflib.get_close_matches(tag, tags, 1) or tags[:1]
             raise ParameterError(
-                f"--page {tag}: no loop has this tag; give one of the {len(tags)} tags, as {close[0]}."
+                f"--page {tag}: no loop has this tag; give one of the {len(tags)} tags, for example {close[0]}."
             )
 
 
@@ -158,7 +158,7 @@ def _open(folder: str, ledger: str | None, option: str = "") -> "Audit":
     try:
         return open_audit(folder, ledger=ledger)
     except StictionError as error:
-        raise type(error)(f"{option}{error.text(option_text)}") from None
+        raise type(error)(*error.args, remedy=error.remedy, where=f"{option}{error.where}") from None
 
 
 def _write(found: "Audit", changes: list[dict[str, Any]] | None, pages: int, tags: tuple[str, ...]) -> str:
@@ -237,7 +237,7 @@ def _print_not_judged(found: "Audit", *, max_tags: int = 10) -> None:
     for what, tags in (
         ("Not judged", loops),
         ("Tags of the map that the source does not have", found.missing_tags["map_tags"]),
-        ("Tags of the connections that are no loop", found.missing_tags["connection_tags"]),
+        ("Tags of the connections that are not loops", found.missing_tags["connection_tags"]),
     ):
         if tags:
             more = f" and {len(tags) - max_tags} more" if len(tags) > max_tags else ""

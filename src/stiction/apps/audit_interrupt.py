@@ -44,7 +44,7 @@ class AuditInterrupt:
         if self.stop.is_set() or self.stage not in WORK_STAGES:
             raise KeyboardInterrupt
         self.stop.set()
-        text = f"Stopping: waiting for the loops in work (at most {MAX_WAIT_S:.0f} s); press again to stop now.\n"
+        text = f"Stopping when the running loops are finished (at most {MAX_WAIT_S:.0f} s); press again to stop now.\n"
         sys.stderr.flush()
         os.write(sys.stderr.fileno(), text.encode())  # `print` cannot run twice at a time, as it might in here
         self._timer = threading.Timer(MAX_WAIT_S, _thread.interrupt_main)

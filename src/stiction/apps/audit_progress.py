@@ -72,11 +72,14 @@ class AuditBar:
     def _show_plan(self, details: dict[str, Any]) -> None:
         if self.quiet:
             return
-        left = "all" if details["left"] == details["loops"] else f"{details['left']}"
-        work = f"{left} to do, about {_format_time(details['seconds'])} with {count_noun(details['workers'], 'worker')}"
+        work = "all are diagnosed already"
+        if details["left"]:
+            left = "" if details["left"] == details["loops"] else f" of the remaining {details['left']}"
+            workers = count_noun(details["workers"], "worker")
+            work = f"the diagnosis{left} takes about {_format_time(details['seconds'])} with {workers}"
         print_err(
             f"{count_noun(details['loops'], 'loop')} in {count_noun(details['parts'], 'part')} of the source, about "
-            f"{details['samples']:,} samples each; {work if details['left'] else 'nothing to do'}."
+            f"{details['samples']:,} samples each; {work}."
         )
 
 
@@ -87,7 +90,7 @@ def _describe(progress: Progress) -> str:
     if progress.seconds_left is not None and progress.done < progress.total:
         parts.append(f"{_format_time(progress.seconds_left)} left")
     if progress.stage in ("screen", "diagnose"):
-        parts.append(f"{progress.sticky} sticky so far")
+        parts.append(f"{progress.sticky} sticky valves so far")
     return ", ".join(parts)
 
 

@@ -41,7 +41,7 @@ def benchmark(folder: str = ".", /, *, as_json: JsonOption = False) -> int:
     results = [_diagnose_record(label) for label in track(labels, "Diagnosing")]
     seconds = (time.perf_counter() - began) / len(results)
     if all(result["error"] for result in results):
-        raise RecordError(f"{folder}: no record could be used; the first says: {results[0]['reason']}")
+        raise RecordError(f"no record could be used; the first error is: {results[0]['reason']}", where=folder)
     groups = score_groups(results)
     bins = reliability(results)
     error = calibration_error(bins)
@@ -73,7 +73,7 @@ def _diagnose_record(label: Any) -> dict[str, Any]:
     try:
         records = read(label.path, dt=label.dt, loop_type=label.loop_type)
         if len(records) != 1:
-            raise RecordError(f"holds {len(records)} loops; a record to be judged holds one.")
+            raise RecordError(f"contains {len(records)} loops; give a file with one loop.")
         found = diagnose(replace(records[0], tag=label.loop, integrating=label.integrating))
     except Exception as error:
         reason = str(error)
@@ -106,7 +106,7 @@ def _print_scores(summary: dict[str, Any], results: list[dict[str, Any]], groups
     print_table(["Label", *named], rows, right=named)
     if summary["reliability"]:
         print_out(
-            f"\nProbability of stiction against share that sticks; mean distance {summary['calibration_error']:.3f}"
+            f"\nProbability of stiction and share of sticky valves; mean difference {summary['calibration_error']:.3f}"
         )
         rows = [
             [f"{one['from']:.1f} to {one['to']:.1f}", one["n"], format_probability(one["mean"]), f"{one['sticky']:.2f}"]
@@ -125,7 +125,9 @@ def _print_scores(summary: dict[str, Any], results: list[dict[str, Any]], groups
         keys = ("file", "label", "verdict", "probability", "cause", "reason")
         rows = [[_shown(row[key]) for key in keys] for row in missed]
         print_table([key.capitalize() for key in keys], rows, right=["Probability"])
-    print_out("\nThe model is trained on simulated loops alone; docs/validation.md shows how it does on others.")
+    print_out(
+        "\nThe model is trained on simulated loops alone; docs/validation.md shows its results on recorded loops."
+    )
 
 
 def _shown(value: Any) -> str:

@@ -36,7 +36,7 @@ VERBS = {
         "SOURCE... --out FOLDER",
         "Diagnose all loops of a plant, rank and group them.",
     ),
-    "read": ("stiction.apps.read:read", "SOURCE...", "Show what a source holds, convert it, write its map."),
+    "read": ("stiction.apps.read:read", "SOURCE...", "Show what a source contains, convert it, write its map."),
     "compensate": (
         "stiction.apps.compensate:compensate",
         "[SOURCE]",

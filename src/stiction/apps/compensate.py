@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = ["compensate", "parse_weights"]
 
-FILE = f"{SOURCES} Without it the loop is given."
+FILE = f"{SOURCES} Without a source, give the loop with --process, --valve and --controller."
 
 
 def compensate(
@@ -116,7 +116,8 @@ def parse_weights(text: str | None) -> dict[str, float]:
             weights[name] = float(value)
         except ValueError:
             raise ParameterError(
-                f'--weights "{text}": "{part}" is not one NAME=VALUE; write for example --weights travel=0.5,errors=1.'
+                f'--weights "{text}": "{part}" is not of the form NAME=VALUE; write for example --weights '
+                "travel=0.5,errors=1."
             ) from None
     return weights
 
@@ -128,7 +129,7 @@ def _require_one_source(
     """Refuse a record together with a loop, and neither of them."""
     loop_options = [f"--{name}" for name, value in given.items() if value is not None]
     if len(files) > 1:
-        raise ParameterError(f"compensate takes one file, but {len(files)} were given.")
+        raise ParameterError(f"compensate takes one file, but {len(files)} were given; give one.")
     if files and loop_options:
         raise ParameterError(
             f"{loop_options[0]} describes a loop without a record; leave out {files[0]} or the option."
@@ -159,7 +160,7 @@ def _check_targets(
         others = {Path(file).resolve(): f"the record {file}" for file in files}
         others |= {path.resolve(): other for other, path in targets.items()}
         if target.resolve() in others:
-            raise ParameterError(f"{option} {name} would replace {others[target.resolve()]}; name another file.")
+            raise ParameterError(f"{option} {name} would replace {others[target.resolve()]}; give another name.")
         targets[option] = check_report(name) if option == "--report" else check_text(name, option)
     return targets
 

@@ -42,7 +42,7 @@ def write_compensate_page(advices: Sequence[Advice], path: Path) -> Path:
     overview = Table(
         ["Loop", "Until the shutdown", "PV std [% of now]", "The same with a good valve [%]"],
         [_overview(advice, k) for k, advice in enumerate(advices)],
-        "What each loop's section says.",
+        "Advice for each loop.",
     )
     folds = [
         Collapsible(
@@ -123,11 +123,12 @@ def _expected(trial: CompensationTrial) -> str:
 def _remedies(trial: CompensationTrial) -> Table:
     """Return the table of all remedies, the cheapest first."""
     columns = [
-        "Remedy", "PV std", "of now [%]", "S, J off by 30 % [%]", "IAE", "Offset", "SP step", "Load step",
+        "Remedy", "PV std", "of now [%]", "S, J wrong by 30 % [%]", "IAE", "Offset", "SP step", "Load step",
         "Travel [%/h]", "Reversals [1/h]", "OP moves [%/h]", "Cost [-]", "Note",
     ]  # fmt: skip
     caption = (
-        "PV std, also in % of doing nothing, as identified and with S and J off by 30 %: both up, both down, S up and "
+        "PV std, also in % of doing nothing, for the identified S and J and for S and J wrong by 30 %: both up, both "
+        "down, S up and "
         "J down, S down and J up; IAE undisturbed and after a step, each over its time, and offset in PV units; travel "
         "of the stem; the cost of doing nothing is 1."
     )
@@ -151,7 +152,9 @@ def _row(one: RemedyTrial, trial: CompensationTrial) -> list[Cell | str | float 
 def _remedy_table(trial: CompensationTrial) -> Table:
     """Return the table of actions and settings of the remedies."""
     rows = [[one.name, one.remedy.words, remedy_text.settings_text(one) or "none"] for one in trial.remedies]
-    return Table(["Remedy", "What is done", "Settings"], rows, "The best setting of each kind of those tried.")
+    return Table(
+        ["Remedy", "What is done", "Settings"], rows, "The best of the settings tried for each kind of remedy."
+    )
 
 
 def _weights(trial: CompensationTrial) -> Text:

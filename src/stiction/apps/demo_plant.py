@@ -47,7 +47,7 @@ def demo_plant_audit(folder: Path, *, as_json: bool, seed: int = 0) -> tuple[int
         print_json({"report": str(page), "records": str(files[0]), "right": right, "loops": rows, "groups": groups})
     else:
         print_audit(found)
-        print_out("\nThe truth beside each finding (loops without a fault that were found healthy are left out):")
+        print_out("\nTruth and finding of each loop (healthy loops that were found healthy are left out):")
         shown = [row for row in rows if row["truth"] != "nothing wrong" or not row["right"]]
         columns = ["", "Loop", "Truth", "Found"]
         print_table(
@@ -67,7 +67,7 @@ def write_plant_files(plant: SimulatedPlant, folder: Path) -> tuple[Path, Path, 
 
     import polars as pl
 
-    from stiction.report.atomic_write import write_atomically
+    from stiction.records.atomic_write import write_atomically
 
     first = plant.records[0]
     start = first.start

@@ -76,7 +76,7 @@ def diagnose(
             raise RecordError(str(error) if report else f"{error} Or add --no-report.") from None
         if target.suffix.lower() not in (".html", ".htm"):
             raise ParameterError(
-                f"--report writes HTML, but {target.name} is not an HTML name; give a name that ends in .html or .htm."
+                f"--report writes HTML, but {target.name} does not end in .html or .htm; give a name that does."
             )
     judgement = {"prior": prior, "costs": costs}
     return diagnose_files(files, options, judgement, target, as_json=as_json, explain=explain)

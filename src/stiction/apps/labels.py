@@ -49,19 +49,25 @@ def read_labels(folder: str) -> list[Label]:
         with place.open(newline="", encoding="utf-8-sig") as file:
             rows = list(csv.DictReader(file))
     except FileNotFoundError:
-        raise RecordError(f"{folder}: has no labels.csv; give a folder with one (columns file, label, ...).") from None
+        raise RecordError(
+            "has no labels.csv; give a folder with one (columns file, label, ...).", where=folder
+        ) from None
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise RecordError(f"{place}: cannot be read ({error}).") from None
+        raise RecordError(f"cannot be read ({error}); save it as CSV in UTF-8.", where=place) from None
     if not rows:
-        raise RecordError(f"{place}: has no rows; give one for each record.")
+        raise RecordError("has no rows; give one for each record.", where=place)
     for column in ("file", "label"):
         if column not in rows[0]:
-            raise RecordError(f"{place}: has no column {column}; it needs file and label (stiction or no_stiction).")
+            raise RecordError(
+                f"has no column {column}; it needs file and label (stiction or no_stiction).", where=place
+            )
     labels = [_label(place, number, row) for number, row in enumerate(rows, start=2)]
     verdicts: dict[str, str] = {}
     for label in labels:
         if verdicts.setdefault(label.group, label.label) != label.label:
-            raise RecordError(f"{place}: group {label.group} has both labels; a group has one.")
+            raise RecordError(
+                f"records of group {label.group} have different labels; give all of them one label.", where=place
+            )
     return labels
 
 
@@ -74,20 +80,20 @@ def _label(place: Path, number: int, row: dict[str, str | None]) -> Label:
     where = f"{place} line {number}"
     path = place.parent / cell("file")
     if not path.is_file():
-        raise RecordError(f"{where}: there is no file {path}; check the name.")
+        raise RecordError(f"there is no file {path}; check the name.", where=where)
     if cell("label") not in ("stiction", "no_stiction"):
-        raise RecordError(f'{where}: label "{cell("label")}" is unknown; use stiction or no_stiction.')
+        raise RecordError(f'label "{cell("label")}" is unknown; use stiction or no_stiction.', where=where)
     word = cell("loop_type").lower()
     loop_type = LOOP_TYPE_WORDS.get(word, word)
     if loop_type is not None and loop_type not in LOOP_TYPES:
-        raise RecordError(f'{where}: loop_type "{word}" is unknown; use one of {", ".join(LOOP_TYPES)}.')
+        raise RecordError(f'loop_type "{word}" is unknown; use one of {", ".join(LOOP_TYPES)}.', where=where)
     integrating = cell("integrating").lower()
     if integrating not in ("true", "false", ""):
-        raise RecordError(f'{where}: integrating "{integrating}" is unknown; use true or false.')
+        raise RecordError(f'integrating "{integrating}" is unknown; use true or false.', where=where)
     try:
         dt = float(cell("dt_s")) if cell("dt_s") else None
     except ValueError:
-        raise RecordError(f'{where}: dt_s "{cell("dt_s")}" is no number; give seconds.') from None
+        raise RecordError(f'dt_s "{cell("dt_s")}" is not a number; give seconds.', where=where) from None
     loop = cell("loop") or path.stem
     known = integrating == "true" if integrating else None
     return Label(path, cell("file"), loop, cell("group") or loop, cell("label"), loop_type, known, dt)

@@ -170,8 +170,7 @@ def bifurcation_plot(loop: Loop, over: str, cycles: Sequence[LimitCycle]) -> Fig
     ends = sum((b.born is not None) + (b.dies is not None) for b in diagram.branches)
     caption = (
         f"{labels.count_noun(len(diagram.branches), 'branch', 'branches')} over {over}, {ends} of the "
-        "ends are births or deaths; "
-        "dotted branches are unstable somewhere."
+        "ends are where cycles appear or disappear; dotted branches are partly unstable."
     )
     return Figure({"data": data, "layout": layout}, "Bifurcation diagram", caption, height=420)
 

@@ -15,9 +15,9 @@ COLUMNS = (
 )  # fmt: skip
 
 FAMILIES = (
-    "A stem that only rests and jumps keeps its rest levels: half and integer lie symmetric about the point of rest. "
-    "Another set point or load lets them lie in between, with a period and amplitude of their own, and in a simulation "
-    "they drift from one place to the next, the faster the longer dt."
+    "A stem that only rests and jumps returns to the same rest levels in each cycle. The families half and integer are "
+    "symmetric about the steady state. With another set point or load the levels lie between these two, with another "
+    "period and amplitude; in a simulation they drift slowly, faster for a longer dt."
 )
 
 

@@ -57,7 +57,7 @@ def limit_cycles(
     from stiction.limitcycle.predict import explain_no_cycle
 
     if over is not None and report is None:
-        raise ParameterError(f"--over {over} is for the diagram of the report; add --report, or leave it out.")
+        raise ParameterError(f"--over {over} is for the diagram of the report; add --report, or leave --over out.")
     target = None if report is None else check_report(report)
     settings = merge_settings(loop, {"process": process, "controller": controller, "valve": valve}, DEFAULTS)
     made = make_loop({**settings, "noise": 0.0})

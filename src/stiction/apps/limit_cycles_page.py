@@ -36,7 +36,7 @@ def write_limit_cycles_page(
     )
     blocks: list[Block] = [Text(f"The loop has {number}." if found else explain_no_cycle(loop), kind="lead")]
     if found:
-        caption = "A boundary parts what grows from what shrinks."
+        caption = "A boundary separates oscillations that grow from oscillations that shrink."
         if any(cycle.family for cycle in found):
             caption += f" {FAMILIES}"
         blocks.append(Table(COLUMNS, [cycle_row(cycle) for cycle in found], caption))

@@ -41,21 +41,17 @@ def check_target(path: str) -> Path:
     RecordError
         When the folder is missing or cannot be written to, or the path is a folder.
     """
+    from stiction.records.atomic_write import require_file_path, unwritable_error
+
     target = Path(path).expanduser()
-    folder = target.parent
     if target.exists() and not (target.is_file() or target.is_dir()):
         return target
-    if target.is_dir():
-        raise RecordError(f"Cannot write {target}: it is a folder; add the name of a file.")
-    if not folder.is_dir():
-        raise RecordError(f"Cannot write {target}: there is no folder {folder}; create it or choose another.")
+    require_file_path(target)
     try:
-        with tempfile.TemporaryFile(dir=folder):
+        with tempfile.TemporaryFile(dir=target.parent):
             pass
     except OSError as error:
-        raise RecordError(
-            f"Cannot write {target}: {error.strerror or error}; choose a folder you may write to."
-        ) from None
+        raise unwritable_error(target, error) from None
     return target
 
 
@@ -69,7 +65,7 @@ def check_report(path: str) -> Path:
     """
     target = check_target(path)
     if target.exists() and (not target.is_file() or _MARK not in _head(target)):
-        raise RecordError(f"{target} was not written by stiction and is left alone; name another file with --report.")
+        raise RecordError(f"{target} was not written by stiction and is not replaced; give another name with --report.")
     return target
 
 
@@ -83,7 +79,7 @@ def check_text(path: str, option: str) -> Path:
     """
     target = check_target(path)
     if target.is_file() and target.stat().st_size and not _TEXTS[option].match(_head(target)):
-        raise RecordError(f"{target} was not written by stiction and is left alone; name another file with {option}.")
+        raise RecordError(f"{target} was not written by stiction and is not replaced; give another name with {option}.")
     return target
 
 
@@ -96,11 +92,15 @@ def check_folder(folder: Path) -> Path:
         When it cannot be created or written to.
     """
     if folder.exists() and not folder.is_dir():
-        raise RecordError(f"{folder} is a file where a folder is to be; remove it, or name another report.")
+        raise RecordError(
+            f"{folder} is a file, but the report needs a folder of this name; remove the file, or give another report."
+        )
     try:
         folder.mkdir(exist_ok=True)
     except OSError as error:
-        raise RecordError(f"Cannot make the folder {folder}: {error.strerror or error}.") from None
+        raise RecordError(
+            f"Cannot create the folder {folder}: {error.strerror or error}; choose another folder."
+        ) from None
     check_target(str(folder / "probe"))
     return folder
 
@@ -143,7 +143,7 @@ def historian_csv(record: LoopRecord) -> str:
 
     start = record.start
     if start is None:
-        raise RecordError(f"{record.tag} has no time of its first sample; use csv_text.")
+        raise RecordError(f"{record.tag} has no start time, so there are no time stamps to write; use csv_text.")
     lines = csv_text(record).splitlines()
     head = ",".join(["Time", *(f"{record.tag}.{name}" for name in lines[0].split(",")[1:])])
     step = timedelta(seconds=record.dt)
@@ -167,8 +167,10 @@ def write_text(text: str, path: Path) -> None:
         except BrokenPipeError:
             raise
         except OSError as error:
-            raise RecordError(f"Cannot write {path}: {error.strerror or error}; name another file.") from None
+            raise RecordError(
+                f"cannot be written ({error.strerror or error}); give another file.", where=path
+            ) from None
         return
-    from stiction.report.atomic_write import write_atomically
+    from stiction.records.atomic_write import write_atomically
 
     write_atomically(text, path)

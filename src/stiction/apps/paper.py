@@ -28,7 +28,10 @@ def paper(*, report: ReportOption = None, figure: int | None = None, as_json: Js
     from stiction.errors import ParameterError
 
     if figure is not None and f"figure{figure}" not in PARTS:
-        raise ParameterError(f"--figure {figure} is not one of 2 to 8; Fig. 1 of the paper is a drawing of the valve.")
+        raise ParameterError(
+            f"--figure {figure} is outside 2 to 8; give a number from 2 to 8 (Fig. 1 of the paper is a drawing of the "
+            "valve)."
+        )
     target = None if report is None else check_report(report)
     wanted = list(PARTS) if figure is None else [f"figure{figure}"]
     parts: dict[str, Any] = {part: getattr(room, part)() for part in track(wanted, "Computing")}

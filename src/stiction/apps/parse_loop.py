@@ -41,7 +41,7 @@ def merge_settings(path: str | None, typed: Mapping[str, Any], defaults: Mapping
     from_file = {} if path is None else _toml(path)
     for key in from_file:
         if key not in defaults:
-            raise ParameterError(f'{path}: "{key}" is not a setting of a loop; use {", ".join(defaults)}.')
+            raise ParameterError(f'"{key}" is not a setting of a loop; use {", ".join(defaults)}.', where=path or "")
     return {**defaults, **from_file, **{key: value for key, value in typed.items() if value is not None}}
 
 
@@ -106,6 +106,8 @@ def _toml(path: str) -> dict[str, Any]:
         with open(path, "rb") as file:
             return tomllib.load(file)
     except OSError as error:
-        raise RecordError(f"{path}: cannot be read ({error.strerror}); check the name and the access rights.") from None
+        raise RecordError(
+            f"cannot be read ({error.strerror}); check the name and the access rights.", where=path
+        ) from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise RecordError(f"{path}: is not a TOML file ({error}); correct it.") from None
+        raise RecordError(f"is not a TOML file ({error}); correct it.", where=path) from None

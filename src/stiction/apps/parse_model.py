@@ -177,7 +177,9 @@ def split_spec(kind: str, spec: str | Mapping[str, Any]) -> tuple[str, dict[str,
     for part in filter(None, (part.strip() for part in re.split(r",(?![^(]*\))", rest))):
         key, equals, text = (piece.strip() for piece in part.partition("="))
         if not (key and equals and text):
-            raise ParameterError(f'{kind} "{spec}": "{part}" is not NAME=VALUE; write for example kano:S=3,J=1.')
+            raise ParameterError(
+                f'{kind} "{spec}": "{part}" is not of the form NAME=VALUE; write for example kano:S=3,J=1.'
+            )
         if key in given:
             raise ParameterError(f'{kind} "{spec}" gives {key} twice; leave one of them out.')
         given[key] = text
@@ -203,7 +205,7 @@ def build_model(
         known = [*makers, *(also or ())]
         close = difflib.get_close_matches(name, known, 1)
         hint = f' Did you mean "{close[0]}"?' if close else ""
-        raise ParameterError(f'There is no {kind} "{name}"; there are {", ".join(known)}.{hint}')
+        raise ParameterError(f'There is no {kind} "{name}"; use one of {", ".join(known)}.{hint}')
     known = [p for p in inspect.signature(makers[name]).parameters.values() if p.name != "_"]
     names = [p.name for p in known]
     told = ", ".join(p.name if p.default is p.empty else f"[{p.name}]" for p in known) or "no parameters"

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.apps.parse_model import build_model, split_spec
-from stiction.errors import ParameterError, RecordError, require_finite, require_samples
+from stiction.errors import ParameterError, RecordError, Setting, require_finite, require_samples
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -55,12 +55,12 @@ def parse_levels(name: str, spec: str | float, duration: float, dt: float) -> ND
     for k, part in enumerate(str(spec).split(",")):
         level, at, time = (piece.strip() for piece in part.partition("@"))
         if (not at) != (k == 0):
-            raise ParameterError(f'{name} = "{spec}": write LEVEL,LEVEL@SECONDS,..., for example 50,55@600.')
+            raise ParameterError(
+                f'{name} = "{spec}" cannot be read; write LEVEL,LEVEL@SECONDS,..., for example 50,55@600.'
+            )
         start = require_finite(f"time in {name}", time, "s") if at else 0.0  # pyright: ignore[reportArgumentType]
         if start < last or (at and start >= duration):
-            raise ParameterError(
-                f"{name} changes at {start:g} s; give times that ascend and lie within {duration:g} s."
-            )
+            raise ParameterError(f"{name} changes at {start:g} s; give increasing times below {duration:g} s.")
         series[round(start / dt) :] = require_finite(name, level)  # pyright: ignore[reportArgumentType]
         last = start
     return series
@@ -133,17 +133,20 @@ def _read_op(path: str) -> tuple[NDArray[np.float64], float]:
         records = _read_plan(path)
     if len(records) > 1:
         tags = ", ".join(record.tag for record in records)
-        raise RecordError(f"{path}: holds {len(records)} loops ({tags}); give a file with one OP column.")
+        raise RecordError(f"contains {len(records)} loops ({tags}); give a file with one OP column.", where=path)
     op = records[0].op
     # A code for a bad value would be a stroke of the valve, far beyond its stops.
     if np.any(codes := find_outliers(op) & ((op < 0.0) | (op > 100.0))):
         seen = float(op[codes][0])
         raise RecordError(
-            f"{path}: {int(codes.sum())} samples of OP, such as {seen:g} %, lie outside 0 to 100 % and far off "
-            "all others; cut or mend them first."
+            f"{int(codes.sum())} samples of OP, such as {seen:g} %, lie outside 0 to 100 % and far from "
+            "all others; remove or correct them first.",
+            where=path,
         )
     if not np.all(np.isfinite(op)):
-        raise RecordError(f"{path}: {int(np.sum(~np.isfinite(op)))} samples of OP are missing; fill or cut them first.")
+        raise RecordError(
+            f"{int(np.sum(~np.isfinite(op)))} samples of OP are missing; fill or remove them first.", where=path
+        )
     return op, records[0].dt
 
 
@@ -154,7 +157,7 @@ def _read_plan(path: str) -> list[LoopRecord]:
     try:
         return read(path, columns={"op": "OP", "mv": "OP"})
     except RecordError as error:
-        what, _, _ = str(error).partition(";")
-        if "columns=" not in str(error):
+        if not any(isinstance(part, Setting) and part.name == "columns" for part in error.remedy):
             raise
-        raise RecordError(f"{what}; give a file with one column of times and one called OP.") from None
+        remedy = "give a file with one column of times and one called OP"
+        raise RecordError(*error.args, remedy=remedy, where=error.where) from None

@@ -73,7 +73,7 @@ class _Reader:
             end = found.end()
 
     def fault(self, why: str) -> ParameterError:
-        return ParameterError(f'process "{self.text}" is no transfer function in s: {why}; {_EXAMPLE}.')
+        return ParameterError(f'process "{self.text}" is not a transfer function in s: {why}; {_EXAMPLE}.')
 
     def peek(self) -> str:
         return self.tokens[self.place] if self.place < len(self.tokens) else ""

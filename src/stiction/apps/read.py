@@ -45,7 +45,7 @@ def read(
     reject_misplaced_options(sources, read)
     if not sources:
         raise ParameterError(
-            "no source was named; give files, a folder, a pattern, a database URL, or - for the standard input."
+            "no source was given; give files, a folder, a pattern, a database URL, or - for the standard input."
         )
     targets = _check_targets(sources, out, write_map)
     from stiction.apps.output import print_err, print_json, print_out
@@ -53,7 +53,9 @@ def read(
 
     found = read_sources(sources, reading.arguments())
     if write_map is not None and not any(loops.roles for loops in found.loops) and not found.failures:
-        raise RecordError("the source holds stored loops without columns to map; leave --write-map out.")
+        raise RecordError(
+            "the source contains loops that stiction stored, so there are no columns to map; leave --write-map out."
+        )
     roles = [loop for loops in found.loops for loop in loops.roles]
     if "--write-map" in targets and not found.failures:
         _keep_edited_map(targets["--write-map"], roles)
@@ -119,7 +121,7 @@ def _check_targets(sources: tuple[str, ...], out: str | None, write_map: str | N
             raise ParameterError(f"{option} {name} does not end in {ending}; give a name that ends in {ending}.")
         target = check_target(name)
         if any(target.resolve() == Path(source).resolve() for source in sources):
-            raise ParameterError(f"{option} {name} would replace the source; name another file.")
+            raise ParameterError(f"{option} {name} would replace the source; give another name.")
         if target.exists() and not (target.is_file() and target.read_bytes()[: len(start)] == start):
             raise RecordError(
                 f"{target} was not written by stiction and is not replaced; give another name with {option}."

@@ -129,7 +129,9 @@ def columns_of(pairs: tuple[str, ...]) -> dict[str, str | int] | None:
     for pair in pairs:
         signal, equals, name = pair.partition("=")
         if not (signal.strip() and equals and name.strip()):
-            raise ParameterError(f'--column "{pair}" is not SIGNAL=NAME; write for example --column op=FIC101.OUT.')
+            raise ParameterError(
+                f'--column "{pair}" is not of the form SIGNAL=NAME; write for example --column op=FIC101.OUT.'
+            )
         columns[signal.strip().lower()] = int(name) if name.strip().isdecimal() else name.strip()
     return columns or None
 

@@ -53,7 +53,7 @@ def headline(trial: CompensationTrial) -> str:
     """Return the recommendation in a few words."""
     if trial.refused:
         return "No advice"
-    return "Until the shutdown: leave it as it is" if trial.recommended == NO_ACTION else (
+    return "Until the shutdown: leave the loop as it is" if trial.recommended == NO_ACTION else (
         f"Until the shutdown: {trial.recommended}"
     )  # fmt: skip
 
@@ -132,13 +132,17 @@ def not_written_text(key: str, target: Path, advice: Advice) -> str:
     """Say why a requested file is not written."""
     name = key.replace("_", " ").capitalize()
     if key == "work_order":
-        why = "the valve needs no work"
+        why = "The valve needs no work."
     elif advice.trial.recommended and advice.trial[advice.trial.recommended].remedy.compensator is not None:
-        why = "the OP of the record leaves 0 to 100 %, so that the limits of the compensator are not known"
+        why = "The OP of the record leaves 0 to 100 %, so the limits of the compensator are not known."
     else:
-        why = advice.trial.reason if advice.trial.refused else f"{advice.trial.recommended} needs no compensator"
-    old = f" {target} is an older one." if target.is_file() else ""
-    return f"{name}: not written; {why.rstrip('.')}.{old}"
+        why = (
+            advice.trial.reason
+            if advice.trial.refused
+            else f"The remedy '{advice.trial.recommended}' needs no compensator."
+        )
+    old = f" {target} is from an earlier run." if target.is_file() else ""
+    return f"{name}: not written. {why}{old}"
 
 
 def advice_dict(advice: Advice, written: Mapping[str, str]) -> dict[str, Any]:
@@ -202,9 +206,11 @@ def _print_advice(advice: Advice) -> None:
 def _legend(now: LoopPerformance) -> str:
     pv, travel, op = (labels.format_number(x) for x in (now.pv_std, now.travel, now.op_travel))
     return (
-        "PV std, IAE: their change. Offset: mean error in PV units. Travel, OP: movement of stem and OP, times that of "
-        "doing nothing. Rev/h: reversals of the stem. \u00b130 %: change of the PV std at worst with S and J off by "
-        f"30 %. Doing nothing has PV std {pv}, stem travel {travel} %/h, OP movement {op} %/h and cost 1."
+        "PV std, IAE: change of the standard deviation of PV and of the integral of the absolute error. Offset: mean "
+        "error in PV units. Travel, OP: travel of stem and OP relative to doing nothing. Rev/h: reversals of the stem "
+        "per "
+        "hour. \u00b130 %: largest change of the PV std if S and J are wrong by 30 %. "
+        f"Doing nothing: PV std {pv}, stem travel {travel} %/h, OP travel {op} %/h, cost 1."
     )
 
 

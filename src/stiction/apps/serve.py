@@ -40,7 +40,9 @@ def serve(
     """
     reject_misplaced_options(sources, serve)
     if not 0 <= port <= 65535:
-        raise ParameterError(f"--port {port} is no port; give a number between 1 and 65535, or leave it out.")
+        raise ParameterError(
+            f"--port {port} is not a port number; give a number between 1 and 65535, or leave --port out."
+        )
     _check_installation()
     from stiction.apps.web.access import Access
     from stiction.apps.web.served_sources import find_sources
@@ -64,9 +66,11 @@ def _check_installation() -> None:
     from stiction.apps.web.static_files import static_folder
 
     if not all(find_spec(name) for name in ("starlette", "uvicorn", "websockets")):
-        raise MissingExtraError("the packages of the web page are not installed; pip install 'stiction[web]'.")
+        raise MissingExtraError(
+            'the packages of the web page are not installed; install them with: pip install "stiction[web]"'
+        )
     if not static_folder().joinpath("vendor", "uPlot.esm.js").is_file():
-        raise RecordError("the plot library of the page is missing in this clone; run make web-assets once.")
+        raise RecordError("the plot library of the page is missing in this source folder; run make web-assets once.")
 
 
 def _listen(port: int) -> socket.socket:

@@ -30,7 +30,7 @@ def trend(record: LoopRecord) -> Figure:
     if record.mv is not None:
         data.append(line_trace(record.time / unit, record.mv, "Valve position", style.line_style(style.MV)))
     layout = {"xaxis": {"title": {"text": f"Time [{name}]"}}, "yaxis": {"title": {"text": "% of span"}}}
-    caption = "Where the dotted line is flat the stem rests while its input moves; where it steps the stem slips."
+    caption = "Where the dotted line is flat, the stem rests while its input moves; where it steps, the stem slips."
     return Figure({"data": data, "layout": layout}, "OP and valve position over time", caption)
 
 

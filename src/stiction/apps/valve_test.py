@@ -145,7 +145,7 @@ def analyse(
             records = read(path, **options)
             if len(records) > 1:
                 tags = ", ".join(record.tag for record in records)
-                raise RecordError(f"{path}: holds {len(records)} valves ({tags}); choose one with --tag.")
+                raise RecordError(f"contains {len(records)} loops ({tags}); choose one with --tag.", where=path)
             if kind == "ramp":
                 return analyse_ramp(records[0], signal=signal, limit=limit, **_given_options(ramp))
             return analyse_steps(records[0], signal=signal, limit=limit)

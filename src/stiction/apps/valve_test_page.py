@@ -34,9 +34,9 @@ def write_valve_test_page(found: ValveTest, path: Path, changes: TestComparison 
     elif isinstance(found, StepTest):
         blocks += [_signature(found), _steps(found)]
     if found.unknown:
-        blocks += [Heading("What this test cannot tell"), Text("\n\n".join(found.unknown))]
+        blocks += [Heading("What this test cannot determine"), Text("\n\n".join(found.unknown))]
     if changes is not None:
-        blocks += [Heading("Against the test before"), Text(changes.summary())]
+        blocks += [Heading("Comparison with the earlier test"), Text(changes.summary())]
     blocks += [Heading("Where this comes from"), _origin(found)]
     return write_page(
         found.record.tag,

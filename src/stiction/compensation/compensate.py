@@ -198,7 +198,8 @@ def _reject_op_unit(record: LoopRecord) -> str:
     if record.op_in_percent:
         return ""
     return (
-        "No remedy can be tried, because OP is not in % of span and the remedies are; give the range of OP (op_range) "
+        "No remedy can be tried, because OP is not in % of span, which the remedies need; give the range of OP "
+        "(op_range) "
         "to convert it."
     )
 

@@ -12,14 +12,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.oscillation import about_drift, smooth
+from stiction.records.phase_average import average_by_phase
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 __all__ = ["periodic_part"]
 
-MAX_PHASE_BINS = 48
-"""Largest number of phase bins in a cycle [-]."""
 MIN_CYCLES = 4
 """Smallest number of cycles that are averaged [-]."""
 
@@ -49,24 +48,11 @@ def periodic_part(op: NDArray[np.float64], x: NDArray[np.float64], samples: floa
     """
     periodic = np.zeros(x.size)
     wave = about_drift(smooth(op, samples / 4.0), samples)
-    rises = np.flatnonzero((wave[:-1] <= 0.0) & (wave[1:] > 0.0))
-    begins = rises + wave[rises] / (wave[rises] - wave[rises + 1])
-    length = np.diff(begins)
-    whole = np.abs(length / samples - 1.0) < 0.5
-    if whole.sum() < MIN_CYCLES:
+    found = average_by_phase(x, wave, samples)
+    if found.n_cycles < MIN_CYCLES:
         return periodic
-    t = np.arange(x.size)
-    cycle = np.clip(np.searchsorted(begins, t, side="right") - 1, 0, length.size - 1)
-    phase = (t - begins[cycle]) / length[cycle]
-    inside = (phase >= 0.0) & (phase < 1.0) & whole[cycle]
-    places = max(4, min(MAX_PHASE_BINS, int(samples)))
-    place = np.minimum((phase[inside] * places).astype(np.intp), places - 1)
-    count = np.maximum(np.bincount(place, minlength=places), 1)
-    mean = np.bincount(place, x[inside], places) / count
-    mean -= mean.mean()
     # The mean of n cycles contains 1 / n of the variance of the part that does not repeat; this share is removed.
-    rest = float(np.var(x[inside] - mean[place])) * places / inside.sum()
-    share = max(1.0 - rest / max(float(np.mean(mean**2)), 1e-300), 0.0)
-    middles = (np.arange(-1, places + 1) + 0.5) / places
-    periodic[inside] = share * np.interp(phase[inside], middles, np.concatenate((mean[-1:], mean, mean[:1])))
+    rest = float(np.var(x[found.inside] - found.means[found.place])) * found.means.size / found.inside.size
+    share = max(1.0 - rest / max(float(np.mean(found.means**2)), 1e-300), 0.0)
+    periodic[found.inside] = share * found.values()
     return periodic

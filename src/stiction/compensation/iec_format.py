@@ -58,7 +58,9 @@ def format_dint(value: float) -> str:
     '5'
     """
     if value != math.floor(value) or not 1 <= value <= MAX_SCANS:
-        raise ParameterError(f"A time of {value:g} scans cannot be counted; give a whole number from 1 to {MAX_SCANS}.")
+        raise ParameterError(
+            f"A time of {value:g} scans is not a whole number from 1 to {MAX_SCANS}; change the time or dt."
+        )
     return str(int(value))
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from stiction.compensation.remedies import NO_ACTION, REPAIR
-from stiction.diagnosis.loop_state import HEADLINES
 from stiction.display.check_text import describe_check
 
 if TYPE_CHECKING:
@@ -42,19 +41,19 @@ def refusal_reason(diagnosis: Diagnosis) -> str:
     str
         The reason, or an empty text.
     """
-    state = diagnosis.loop_state
-    if not state.in_control:
-        headline = f"{HEADLINES[state.state]}, so the record says nothing about the valve."
-        return f"{headline} {diagnosis.reason} {diagnosis.action}"
+    if not diagnosis.loop_state.in_control:
+        return f"{diagnosis.reason} So the record does not show how the valve moves, and no remedy can be advised."
     limited = next((check for check in diagnosis.quality.warnings if check.name == "saturation"), None)
     if limited is not None:
         return f"OP is at its limits, so a compensator cannot add to it. {describe_check(limited)}"
     if diagnosis.verdict == "undecided":
-        return f"It is undecided whether the valve sticks; a remedy for the wrong fault can do harm. {diagnosis.reason}"
+        return (
+            f"It is unknown whether the valve sticks, and a remedy for the wrong fault can do harm. {diagnosis.reason}"
+        )
     if diagnosis.verdict == "no_stiction":
-        return f"No stiction was found, so there is nothing to compensate. {diagnosis.action}"
+        return "No stiction was found, so there is nothing to compensate."
     if diagnosis.identification is None:
-        return "Valve and process were not identified, so there is no twin to try a remedy on."
+        return "Valve and process were not identified, so no remedy can be simulated."
     return ""
 
 
@@ -101,14 +100,14 @@ def choose_remedy(ranked: tuple[RemedyTrial, ...], *, from_record: bool = False)
             why += (
                 f"raises it to {one.worst:.2f} times that of doing nothing if S and J are wrong by 30 %"
                 if one.hurts
-                else "a record does not show enough of valve and process to rely on that"
+                else "the model identified from one record is not reliable enough for this remedy"
             )
         return NO_ACTION, f"{why}: leave the loop as it is.", "The valve continues to wear at the present rate.", 0.0
     best = safe[0]
     expected = PLANT_TO_TWIN_RATIO * best.improvement if from_record else best.improvement
     advice = f"until the shutdown: {best.name}. {best.remedy.words}"
     reason = f"{repair}; {advice} It lowers the PV deviation by {100.0 * best.improvement:.0f} %"
-    reason += f" on the twin; expect {100.0 * expected:.0f} % on the plant." if from_record else "."
+    reason += f" in the simulation; expect {100.0 * expected:.0f} % on the plant." if from_record else "."
     return best.name, reason, _risk_text(best, nothing), expected
 
 

@@ -137,7 +137,7 @@ def _describe_repair(deadband: float, resolution: float) -> str:
     left = f"at most {deadband:.2g} % deadband and {resolution:.2g} % resolution afterwards"
     if deadband + resolution < REPAIRED_DEADBAND + REPAIRED_RESOLUTION:
         usual = REPAIRED_DEADBAND + REPAIRED_RESOLUTION
-        return f"Repair the valve: {left}, half of its S, because the usual {usual:g} % would be more than that."
+        return f"Repair the valve: {left}, half of the present S, because the usual {usual:g} % would be more."
     return f"Repair the valve: {left}, as is usual for a good valve."
 
 

@@ -130,7 +130,7 @@ class CompensationTrial(ResultDisplay, kind="trial"):
         for one in self.remedies:
             if one.name == name:
                 return one
-        raise KeyError(f"{name!r} was not tried; there are {', '.join(one.name for one in self.remedies) or 'none'}.")
+        raise KeyError(f"{name!r} was not tried; use one of {', '.join(one.name for one in self.remedies) or 'none'}.")
 
     def summary(self) -> str:
         """Return the recommendation, its risk, and a table of all remedies as text."""

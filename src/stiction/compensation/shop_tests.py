@@ -109,9 +109,9 @@ def acceptance_criteria(S: float = math.inf) -> tuple[str, ...]:
     Examples
     --------
     >>> acceptance_criteria()[0]
-    'deadband plus stickband, S, at most 1 % of span (customary limit, EnTech 1998, recalled)'
+    'deadband plus stickband, S, at most 1 % of span (customary limit, EnTech 1998, cited from memory)'
     """
-    limit, source = sum(residual_stiction(S)), "EnTech 1998, recalled"
+    limit, source = sum(residual_stiction(S)), "EnTech 1998, cited from memory"
     why = f"customary limit, {source}"
     if limit < CUSTOMARY_LIMIT_PERCENT:
         usual = f"{CUSTOMARY_LIMIT_PERCENT:g} %"

@@ -103,7 +103,8 @@ def structured_text(
     page = type(compensator).__module__.rpartition(".")[2]
     if f"{page}.st" not in templates().list_templates():
         raise ParameterError(
-            f"The compensator {type(compensator).__name__} has no structured text; give one that stiction contains."
+            f"The compensator {type(compensator).__name__} has no structured text; give a compensator of stiction, "
+            "such as Knocker."
         )
     template = templates().get_template(f"{page}.st")
     given = {**_settings(compensator, page, dt), "op_low": low, "op_high": high, "name": block_name(tag, page)}
@@ -163,7 +164,7 @@ def recommended_text(
     --------
     >>> import stiction as st
     >>> loop = st.Loop(st.PID(0.2, 10.0), st.Kano(5.0, 2.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
-    >>> "Predicted on the loop's twin" in recommended_text(st.compensate(loop, seeds=2))
+    >>> "Predicted by simulation" in recommended_text(st.compensate(loop, seeds=2))
     True
     """
     compensator = trial[trial.recommended].remedy.compensator if trial.recommended else None
@@ -173,7 +174,7 @@ def recommended_text(
             f"'{trial.recommended or 'none'}' and not a compensator. {trial.reason}"
         )
     tried = trial.twin.loop.dt
-    notes = [f"Predicted on the loop's twin: {prediction_text(trial)}."]
+    notes = [f"Predicted by simulation: {prediction_text(trial)}."]
     if dt is not None and abs(dt - tried) > 1e-9 * tried:
         notes.append(f"The trial used a scan time of {tried:g} s instead of {dt:g} s: the prediction may be wrong.")
     return structured_text(

@@ -40,7 +40,8 @@ FRICTION_PARTS = (
     ),
     SuspectPart(
         "Seat, plug, cage or ball seal (galling, deposits, swollen seal)",
-        "The stem sticks only at some positions, most near the seat, or only with the line at temperature or pressure.",
+        "The stem sticks only at some positions, mostly near the seat, or only with the line at temperature or "
+        "pressure.",
         "Repeat the ramp test at three positions; compare cold and in service; open the body.",
     ),
 )

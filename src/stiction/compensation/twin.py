@@ -139,7 +139,7 @@ def twin_of_loop(loop: Loop, *, sp: float = 50.0, op: float = 50.0) -> Twin:
         The loop with its limit cycle.
     """
     cycle, _, _ = simulate_cycle(loop, sp, op, undisturbed_period(loop, sp, op))
-    reason = "The loop was given, so there is no record to compare it with."
+    reason = "The loop was not identified from a record, so there is no record to compare it with."
     return Twin(loop, sp, op, cycle, cycle, 1.0, True, reason)
 
 
@@ -166,7 +166,7 @@ def build_twin(diagnosis: Diagnosis, controller: PID | None = None) -> Twin:
     """
     found, tag = diagnosis.identification, diagnosis.record.tag
     if found is None:
-        raise RecordError("valve and process were not identified, so there is no twin of the loop.", where=tag)
+        raise RecordError("valve and process were not identified, so the loop cannot be simulated.", where=tag)
     record = analysed_segment(diagnosis)
     assert record.pv is not None
     scale = _time_scale(record, diagnosis)
@@ -181,7 +181,7 @@ def build_twin(diagnosis: Diagnosis, controller: PID | None = None) -> Twin:
     measured = measure_cycle(replace(record, pv=pv, sp=None if record.sp is None else sp), scale)
     changes = _describe_changes(found, better)
     if not measured.period > 0.0:
-        raise RecordError("OP does not oscillate, so a twin cannot be compared with the record.", where=tag)
+        raise RecordError("OP does not oscillate, so a simulation cannot be compared with the record.", where=tag)
     cycle, spread, run = simulate_cycle(loop, level, op, scale, inputs)
     fits, reason = _compare_cycles(measured, cycle, spread)
     if better.error > MAX_UNEXPLAINED_SHARE:
@@ -203,7 +203,8 @@ def build_twin(diagnosis: Diagnosis, controller: PID | None = None) -> Twin:
         reason = against
     if fits and cycle.share < measured.share - MAX_RESTING_EXCESS:
         reason += (
-            f" But it is less regular: it rests in {100.0 * (1.0 - cycle.share):.0f} % of its periods, the record in "
+            f" But it is less regular: it does not oscillate in {100.0 * (1.0 - cycle.share):.0f} % of its periods, "
+            "the record in "
             f"{100.0 * (1.0 - measured.share):.0f} %."
         )
     overlay = _align_periods(record, pv, run, scale) if cycle.period > 0.0 else {}

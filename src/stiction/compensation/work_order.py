@@ -159,7 +159,8 @@ def work_order(diagnosis: Diagnosis, trial: CompensationTrial | None = None) -> 
         after=(plan_acceptance_test(op, S), before[0]),
         acceptance=(
             *acceptance_criteria(S),
-            "the verdict on a record of 20 former periods, with the loop in automatic, is no stiction",
+            "the verdict on a record with the loop in automatic, as long as 20 periods of the former oscillation, is "
+            "no stiction",
         ),
         meanwhile=_meanwhile(trial),
         to_fill_in=_to_fill_in(diagnosis),
@@ -244,7 +245,7 @@ def _to_fill_in(diagnosis: Diagnosis) -> tuple[str, ...]:
 def _meanwhile(trial: CompensationTrial | None) -> tuple[str, ...]:
     service = f"Remedy in service now, since: {BLANK}"
     if trial is None:
-        return ("No remedy was tried on the loop's twin.", service)
+        return ("No remedy was simulated.", service)
     if trial.recommended is None:
         return (f"No remedy is recommended. {trial.reason}", service)
     chosen = trial[trial.recommended]
@@ -253,7 +254,7 @@ def _meanwhile(trial: CompensationTrial | None) -> tuple[str, ...]:
         return (*lines, trial.reason, service)
     lines += [
         f"Settings: {format_settings(chosen.remedy.settings)}.",
-        f"Predicted on the loop's twin: {prediction_text(trial)}.",
+        f"Predicted by simulation: {prediction_text(trial)}.",
         "Switch it off before the tests, and remove it after the repair: ENABLE to FALSE, or back to "
         f"Kc {BLANK} Ti {BLANK}.",
     ]

@@ -19,9 +19,10 @@ from stiction.diagnosis.verdict.diagnosis import Diagnosis
 from stiction.diagnosis.verdict.features import FeatureInput, compute_features
 from stiction.diagnosis.verdict.model import stiction_model
 from stiction.display.check_text import describe_check
-from stiction.errors import ParameterError, RecordError
+from stiction.errors import RecordError, require_probability
 from stiction.records.assess import assess_quality
 from stiction.records.conditioned import Conditioned, condition
+from stiction.records.quantiles import robust_std
 from stiction.records.record import missing_pv_hint, require_record
 
 if TYPE_CHECKING:
@@ -115,8 +116,7 @@ def _check(record: LoopRecord, prior: float) -> None:
     require_record(record)
     if record.pv is None:
         raise RecordError(f"{record.tag} has no PV; a diagnosis needs OP and PV. {missing_pv_hint(record)}")
-    if not 0.0 < prior < 1.0:
-        raise ParameterError(f"prior = {prior:g} is no share of sticky valves; give a number between 0 and 1, as 0.25.")
+    require_probability("prior", prior)
 
 
 EXCLUDED_STATES = ("manual", "not_in_command", "shut_in", "valve_not_responding", "pv_frozen", "bad_data")
@@ -130,7 +130,7 @@ def _left_out(state: LoopState) -> list[tuple[int, int]]:
 def _bad_data(state: LoopState, quality: Quality) -> LoopState:
     """The state of a record that the data checks reject."""
     rejects = tuple(describe_check(check) for check in quality.rejections)
-    why = rejects or ("OP or PV does not vary enough to look for a valve; record while it does.",)
+    why = rejects or ("OP or PV does not vary enough to identify a valve; record while both move.",)
     return replace(state, state="bad_data", share=1.0, rejects=why)
 
 
@@ -179,7 +179,7 @@ def _ratio(part: float, whole: float) -> float:
 def _spikes(pv: np.ndarray, *, min_jump: float = 8.0) -> float:
     """Share of the samples in which the PV jumps away from both neighbours, by robust deviations of its moves [-]."""
     moves = np.diff(pv)
-    usual = 1.4826 * float(np.median(np.abs(moves - np.median(moves)))) if moves.size else 0.0
+    usual = robust_std(moves) if moves.size else 0.0
     if not usual > 0.0:
         return 0.0
     away = (moves[:-1] * moves[1:] < 0.0) & (np.minimum(np.abs(moves[:-1]), np.abs(moves[1:])) > min_jump * usual)

@@ -88,7 +88,7 @@ class Audit:
         for row in self.rows:
             if row["tag"] == tag:
                 return row
-        raise ParameterError(f"{self.folder}: has no loop {tag!r}; give one of its {len(self.rows)} tags.")
+        raise ParameterError(f"has no loop {tag!r}; give one of its {len(self.rows)} tags.", where=self.folder)
 
     def to_frame(self, native: str = "polars") -> Any:
         """Rows as a data frame of polars, pandas or pyarrow, without what is not a number or text."""
@@ -179,7 +179,7 @@ class Audit:
         counts = self.counts
         lines = [
             f"{counts['loops']} loops: {counts['diagnosed']} diagnosed, {counts['screened']} screened only, "
-            f"{counts['skipped']} not judged, {counts['error'] + counts['timeout'] + counts['crashed']} failed. "
+            f"{counts['skipped']} not diagnosed, {counts['error'] + counts['timeout'] + counts['crashed']} failed. "
             f"{counts['stiction']} sticky valves, {counts['undecided']} undecided, {len(self.groups)} groups."
         ]
         lines += [f"{k}. {row['tag']}: {row['verdict']}, {row['reason']}" for k, row in enumerate(self.worst(), 1)]
@@ -224,7 +224,7 @@ def open_audit(folder: str | os.PathLike[str], *, ledger: str | None = None) -> 
     >>> open_audit("no-such-folder")
     Traceback (most recent call last):
     ...
-    stiction.errors.RecordError: no-such-folder: is no audit (it has no audit.toml); make one with `stiction audit`.
+    stiction.errors.RecordError: no-such-folder: is not an audit (it has no audit.toml); make one with `stiction audit`.
     """
     folder = Path(folder)
     settings = read_settings(folder)
@@ -234,8 +234,9 @@ def open_audit(folder: str | os.PathLike[str], *, ledger: str | None = None) -> 
         ledger = os.environ.get("STICTION_LEDGER")
         if ledger is None:
             raise RecordError(
-                f"{folder}: its ledger is {settings['ledger']}",
+                f"its results are in the database {settings['ledger']}",
                 remedy=("give its URL with ", Setting("ledger"), " or in the environment variable STICTION_LEDGER"),
+                where=folder,
             )
     database = Ledger(ledger or sqlite_url(folder / "ledger.sqlite"))
     try:

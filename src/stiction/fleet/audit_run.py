@@ -217,7 +217,9 @@ class AuditRun:
             except RecordError as error:
                 failure = error
         if not records:
-            raise failure or RecordError("No loop has samples in this time; give an earlier since or a later until.")
+            raise failure or RecordError(
+                "No loop has samples in this time range; give an earlier since or a later until."
+            )
         dated = [one for one in records if one.start is not None]
         return common_clock(dated or records)
 

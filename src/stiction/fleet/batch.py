@@ -103,7 +103,7 @@ def _run_task(task: LoopTask, settings: WorkSettings) -> Outcome:
         row, means = failed_row(place, "error", str(error)), None
     except Exception as error:
         text = " ".join(f"{type(error).__name__}: {error}".split())
-        row, means = failed_row(place, "error", f"a fault of the program, not yours ({text}); please report it."), None
+        row, means = failed_row(place, "error", f"an error in the program ({text}); please report it."), None
     return Outcome(task.number, row, time.process_time() - began, means)
 
 

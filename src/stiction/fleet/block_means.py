@@ -100,9 +100,13 @@ def common_clock(records: Sequence[LoopRecord], *, max_blocks: int = 4096) -> Cl
     dated = [record.start for record in records if record.start is not None]
     if dated and len(dated) < len(records):
         missing = next(record.tag for record in records if record.start is None)
-        raise RecordError(f"{missing} has no start time but other records have; give all of them a start or none.")
+        raise RecordError(
+            f"{missing} has no start time, but other records have one; give all of them a start time, or none."
+        )
     if len({moment.tzinfo is None for moment in dated}) > 1:
-        raise RecordError("Some records have a start time with a time zone and some without; give all of them one.")
+        raise RecordError(
+            "Some records have a start time with a time zone and some without; give all of them a time zone, or none."
+        )
     start = min(dated) if dated else None
     ends = [_offset(record, start) + record.duration for record in records]
     fast_dt, duration = min(record.dt for record in records), max(ends)

@@ -93,11 +93,11 @@ def _change(new: Any, old: Any, min_change: float, relative_change: float) -> tu
         why = "No finding before." if old else "The loop was not in the earlier audit."
         return ("new", why) if has_finding(new) else ("", "")
     if not has_finding(new):
-        return "gone", "No finding any more." if new else "The loop is not in this audit."
+        return "gone", "The loop has no finding now." if new else "The loop is not in this audit."
     if new["S"] is not None and old["S"] is not None and new["S_low"] is not None and old["S_low"] is not None:
         for one, two, change in ((new, old, "worse"), (old, new, "better")):
             if one["S_low"] > two["S_high"]:
-                return change, f"S was {old['S']:.2g} %, and is {new['S']:.2g} %; the intervals are apart."
+                return change, f"S was {old['S']:.2g} %, and is {new['S']:.2g} %; the intervals do not overlap."
     difference = new["priority"] - old["priority"]
     if abs(difference) > max(min_change, relative_change * max(new["priority"], old["priority"])):
         text = f"The priority was {old['priority']:.2g}, and is {new['priority']:.2g}."

@@ -41,7 +41,7 @@ class DaskEngine:
         try:
             from distributed import Client, LocalCluster
         except ImportError:
-            raise MissingExtraError("an audit on a cluster needs Dask; pip install 'stiction[dask]'.") from None
+            raise MissingExtraError('Dask is not installed; install it with: pip install "stiction[dask]"') from None
         self._cluster = None
         try:
             if address == "local":
@@ -59,13 +59,16 @@ class DaskEngine:
         except (OSError, ValueError, TimeoutError) as error:
             text = " ".join(str(error).split())[:200]
             raise RecordError(
-                f"dask = {address!r}: the scheduler cannot be reached ({text}); check its address and that it runs, or "
+                f"dask = {address!r}: the scheduler cannot be reached ({text}); check its address and whether it "
+                "runs, or "
                 "give 'local'."
             ) from None
         self.workers = len(self.client.scheduler_info(n_workers=-1)["workers"])
         if not self.workers:
             self.close()
-            raise RecordError(f"dask = {address!r}: the scheduler has no worker; start some, as with `dask worker`.")
+            raise RecordError(
+                f"dask = {address!r}: the scheduler has no worker; start workers, for example with `dask worker`."
+            )
 
     def check_workers(self, place: LoopPlace) -> None:
         """Ask each worker for its version and to read one loop.
@@ -87,7 +90,8 @@ class DaskEngine:
             version, failure = answer
             if version != stiction.__version__:
                 raise RecordError(
-                    f"worker {worker} has stiction {version}, here is {stiction.__version__}; install the same version."
+                    f"worker {worker} has stiction {version}, this computer has {stiction.__version__}; install the "
+                    "same version."
                 )
             if failure:
                 raise RecordError(

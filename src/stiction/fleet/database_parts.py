@@ -100,5 +100,5 @@ def _group_tags(tags: Iterable[str]) -> dict[str, list[str]]:
         signals[pair[0]][role_of(pair[1]).removeprefix("fallback ")] = tag
     loops = {loop: list(roles.values()) for loop, roles in signals.items() if {"op", "pv"} <= roles.keys()}
     if signals and not loops:
-        raise RecordError("No tag of the table has both an OP and a PV; name them with a map.")
+        raise RecordError("No tag of the table has both an OP and a PV; assign the tags with a map.")
     return loops

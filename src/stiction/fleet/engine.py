@@ -69,7 +69,7 @@ class ProcessEngine:
                     outcomes, number = None, batch.tasks[0].number
                     failed_starts += not worker.is_ready
                     if failed_starts > MAX_FAILED_STARTS:
-                        text = f"workers = {self.workers} cannot be started; give fewer, and see that memory is free."
+                        text = f"workers = {self.workers} cannot be started; give fewer, or free some memory."
                         raise ParameterError(text) from None
                     deaths[number] += worker.is_ready and len(batch.tasks) == 1
                     if deaths[number] < MAX_SINGLE_TRIES:

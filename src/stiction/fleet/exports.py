@@ -67,7 +67,9 @@ def write_exports(audit: Audit, folder: Path | None = None) -> list[Path]:
             written.append(folder / name)
     except OSError as error:
         reason = error.strerror or error
-        raise RecordError(f"{folder}: the exports cannot be written ({reason}); check rights and free space.") from None
+        raise RecordError(
+            f"the exports cannot be written ({reason}); check the access rights and the free space.", where=folder
+        ) from None
     return written
 
 

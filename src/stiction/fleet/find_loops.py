@@ -96,7 +96,9 @@ def _places_of(source: str, options: Mapping[str, Any]) -> list[LoopPlace]:
 
     names = [source] if is_database_url(source) or source == "-" else list_files(source, subfolders=True)
     if source == "-":
-        raise RecordError("an audit cannot read the standard input, because several processes read it; name a file.")
+        raise RecordError(
+            "an audit cannot read the standard input, because several processes read the source; give a file."
+        )
     if is_database_url(source) and (found := find_loops_of_table(source, options)):
         return [place for loops in found for place in _places_of_table(source, options, loops)]
     parts = _split(names, json.dumps(dict(options)))
@@ -161,7 +163,9 @@ def _importance(text: str, tag: str) -> float:
     except ValueError:
         value = -1.0
     if not 0.0 <= value < float("inf"):
-        raise ParameterError(f"importance of {tag} = {text!r} is no weight; give a number of 0 or more, as 1 or 2.5.")
+        raise ParameterError(
+            f"importance of {tag} = {text!r} is not a weight; give a number of 0 or more, such as 1 or 2.5."
+        )
     return value
 
 

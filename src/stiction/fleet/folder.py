@@ -43,10 +43,12 @@ def check_folder(folder: Path) -> None:
         When it holds something else, or cannot be made.
     """
     if folder.exists() and not folder.is_dir():
-        raise RecordError(f"{folder}: is a file; name a folder for the results with out (--out).")
+        raise RecordError("is a file", remedy=("give a folder for the results with ", Setting("out")), where=folder)
     nearest = next(path for path in (folder, *folder.absolute().parents) if path.exists())
     if not os.access(nearest, os.W_OK):
-        raise RecordError(f"{folder}: cannot be written to; name a folder that you may write to with out (--out).")
+        raise RecordError(
+            "cannot be written to", remedy=("give a folder that you may write to with ", Setting("out")), where=folder
+        )
     if (folder / SETTINGS_FILE).exists():
         read_settings(folder)
     elif folder.exists():
@@ -54,8 +56,9 @@ def check_folder(folder: Path) -> None:
         others = sorted(path.name for path in folder.iterdir() if path.name not in ours)
         if others:
             raise RecordError(
-                f"{folder}: is not an audit and not empty (it has {others[0]})",
+                f"is not an audit and not empty (it has {others[0]})",
                 remedy=("give a new folder with ", Setting("out")),
+                where=folder,
             )
 
 
@@ -69,15 +72,16 @@ def read_settings(folder: Path) -> dict[str, Any]:
     """
     path = folder / SETTINGS_FILE
     if not path.is_file():
-        raise RecordError(f"{folder}: is no audit (it has no {SETTINGS_FILE}); make one with `stiction audit`.")
+        raise RecordError(f"is not an audit (it has no {SETTINGS_FILE}); make one with `stiction audit`.", where=folder)
     try:
         settings = tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
-        raise RecordError(f"{path}: cannot be read ({error}); restore it, or start a new audit.") from None
+        raise RecordError(f"cannot be read ({error}); restore it, or start a new audit.", where=path) from None
     if settings.get("format") != FORMAT_VERSION:
         raise RecordError(
-            f"{folder}: is an audit of format {settings.get('format')}, written by stiction {settings.get('version')}; "
-            f"this version reads format {FORMAT_VERSION}: start a new audit in another folder."
+            f"is an audit of format {settings.get('format')}, written by stiction {settings.get('version')}; "
+            f"this version reads format {FORMAT_VERSION}: start a new audit in another folder.",
+            where=folder,
         )
     return settings
 
@@ -90,7 +94,9 @@ def write_settings(folder: Path, settings: Mapping[str, Any]) -> None:
         part.write_text("\n".join(lines) + "\n", encoding="utf-8")
         os.replace(part, folder / SETTINGS_FILE)
     except OSError as error:
-        raise RecordError(f"{folder}: cannot be written to ({error.strerror or error}); name another folder.") from None
+        raise RecordError(
+            f"cannot be written to ({error.strerror or error}); give another folder.", where=folder
+        ) from None
     finally:
         with contextlib.suppress(OSError):
             part.unlink(missing_ok=True)
@@ -118,14 +124,18 @@ def lock_folder(folder: Path) -> Iterator[None]:
     try:
         file = path.open("a+", encoding="utf-8")
     except OSError as error:
-        raise RecordError(f"{folder}: cannot be written to ({error.strerror or error}); name another folder.") from None
+        raise RecordError(
+            f"cannot be written to ({error.strerror or error}); give another folder.", where=folder
+        ) from None
     with file:
         try:
             _lock(file)
         except OSError:
             file.seek(0)
             owner = file.read().strip() or "another process"
-            raise RecordError(f"{folder}: an audit is at work in it ({owner}); wait for its end, or stop it.") from None
+            raise RecordError(
+                f"an audit is running in this folder ({owner}); wait until it ends, or stop it.", where=folder
+            ) from None
         file.truncate(0)
         file.write(f"{process_name()}, since {datetime.now():%Y-%m-%d %H:%M}")
         file.flush()

@@ -77,7 +77,7 @@ class Group(ResultDisplay, kind="group"):
     period: float
     """Period, median over the members [s]."""
     members: tuple[Member, ...]
-    """Loops of the group, the likeliest source first."""
+    """Loops of the group, the most likely source first."""
     perhaps_also: tuple[str, ...]
     """Tags of loops that cohere with the group but are not regular themselves."""
     roots: tuple[RootCandidate, ...]
@@ -109,11 +109,11 @@ class Group(ResultDisplay, kind="group"):
         """The group in a few sentences."""
         first, *second = self.leading_roots()
         if second:
-            root = f"The source is one of these two: {first.tag} or {second[0].tag}. Look at {first.tag} first."
+            root = f"The source is one of these two: {first.tag} or {second[0].tag}. Check {first.tag} first."
         else:
             root = (
-                f"The likeliest source is {first.tag} (probability {first.probability:.2f}). Fix it first, then look "
-                "again."
+                f"The most likely source is {first.tag} (probability {first.probability:.2f}). Correct it first, then "
+                "run the audit again."
             )
         also = f" Perhaps also: {', '.join(self.perhaps_also)}." if self.perhaps_also else ""
         evidence = " ".join(f"Evidence for {one.tag}: {one.why}." for one in (first, *second))

@@ -51,7 +51,8 @@ class LabelConflictError(StictionError):
         self.theirs, self.yours = theirs, yours
         super().__init__(
             f"{theirs.tag}: {theirs.author or 'somebody'} wrote {theirs.label!r}, {theirs.note!r} at {theirs.time}, "
-            f"after you looked; your {yours.label!r}, {yours.note!r} was not written. Read theirs, then write again."
+            f"after you read the labels; your {yours.label!r}, {yours.note!r} was not written. Read their label, then "
+            "write yours again."
         )
 
 
@@ -84,7 +85,7 @@ def read_labels(folder: str | os.PathLike[str]) -> list[Label]:
     try:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
-        raise RecordError(f"{path}: cannot be read ({error}); save it as CSV in UTF-8.") from None
+        raise RecordError(f"cannot be read ({error}); save it as CSV in UTF-8.", where=path) from None
     return _parse(text, path)
 
 
@@ -152,7 +153,9 @@ def append_label(
             file.flush()
             os.fsync(file.fileno())
     except OSError as error:
-        raise RecordError(f"{path}: cannot be written ({error.strerror or error}); check rights and space.") from None
+        raise RecordError(
+            f"cannot be written ({error.strerror or error}); check the access rights and the free space.", where=path
+        ) from None
     return row
 
 
@@ -162,7 +165,9 @@ def _parse(text: str, path: Path) -> list[Label]:
         return []
     names = [one.name for one in fields(Label)]
     if [cell.strip() for cell in rows[0]] != names:
-        raise RecordError(f"{path}: its columns are {', '.join(rows[0])}; write {','.join(names)} in its first line.")
+        raise RecordError(
+            f"its columns are {', '.join(rows[0])}; write {','.join(names)} in its first line.", where=path
+        )
     return [Label(*row) for row in rows[1:] if len(row) == len(names)]
 
 

@@ -89,7 +89,7 @@ class Ledger:
         RecordError
             When the database cannot be reached or written to.
         """
-        with self._errors("cannot be opened as a ledger"):
+        with self._errors("cannot be opened as a database of results"):
             self._data.create_all(self.engine)
 
     def close(self) -> None:
@@ -124,7 +124,9 @@ class Ledger:
                 from stiction.sources.database_url import show_url
 
                 who = holder or "another process"
-                raise RecordError(f"{show_url(self.url)}: an audit is at work in it ({who}); wait for its end.")
+                raise RecordError(
+                    f"an audit is writing to this database ({who}); wait until it ends.", where=show_url(self.url)
+                )
             yield
         finally:
             with suppress(exc.SQLAlchemyError):
@@ -232,7 +234,7 @@ class Ledger:
         from sqlalchemy import exc
 
         deadline = time.monotonic() + RECONNECT_S
-        with self._errors("cannot be used as a ledger"):
+        with self._errors("cannot be used as a database of results"):
             while True:
                 try:
                     with self.engine.begin() as connection:
@@ -248,7 +250,7 @@ class Ledger:
         """Turn errors of the database into a `RecordError` without passwords."""
         from stiction.sources.database_url import refused_as
 
-        with refused_as(what, self.url, "check host, rights and free space; results that are there stay"):
+        with refused_as(what, self.url, "check host, access rights and free space; stored results are not lost"):
             yield
 
 
@@ -290,7 +292,7 @@ def _make_engine(url: str) -> Engine:
         return engine
     if not is_database_url(url):
         raise ParameterError(
-            Setting("ledger"), f" = {url!r} is no database URL",
+            Setting("ledger"), f" = {url!r} is not a database URL",
             remedy="give postgresql+psycopg://USER:PASSWORD@HOST/NAME",
         )  # fmt: skip
     return make_engine(url)

@@ -121,7 +121,7 @@ def loop_metrics(
     stem = op if record.mv is None else _without_gaps(record.mv)
     travel = float(np.abs(np.diff(stem)).sum()) / days if stem.size > 1 else 0.0
     swing = robust_range(op) if op.size else 0.0
-    reversals = count_reversals(op, min_share=min_move / swing) / days if swing > 0.0 else 0.0
+    reversals = count_reversals(op, min_move) / days if swing > 0.0 else 0.0
     automatic = float("nan") if record.auto is None else float(record.auto.mean())
     saturated = float(_at_limit(record).mean()) if len(record) else 0.0
     mean_absolute, variability = _error_over_span(record, span)

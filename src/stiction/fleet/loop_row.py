@@ -99,5 +99,7 @@ def require_row(row: dict[str, Any]) -> dict[str, Any]:
     try:
         json.dumps(row, allow_nan=False)
     except ValueError:
-        raise RecordError(f"{row['tag']}: a result is no finite number; please report it.") from None
+        raise RecordError(
+            "a result is not a finite number, which is an error in the program; please report it.", where=row["tag"]
+        ) from None
     return row

@@ -137,7 +137,9 @@ def _to_block_means(loops: Sequence[LoopRecord | BlockMeans], max_blocks: int) -
     else:
         means = [one for one in loops if isinstance(one, BlockMeans)]
         if any(one.clock != means[0].clock for one in means):
-            raise ParameterError("loops holds block means on different clocks; make them with one common_clock.")
+            raise ParameterError(
+                "loops contains block means with different clocks; compute all of them with one common_clock."
+            )
     tags = [one.tag for one in means]
     if len(set(tags)) < len(tags):
         double = next(tag for tag in tags if tags.count(tag) > 1)
@@ -187,6 +189,7 @@ def _remark(period: float, duration: float, near: list[float]) -> str:
     difference = max(abs(close[0] - period), 1e-3 * period)
     return (
         f"{len(close)} more oscillation{'s' if len(close) > 1 else ''} with a period within {resolution:.3g} s of this "
-        f"one cannot be told from it: periods {difference:.2g} s apart need {period**2 / difference / 3600.0:.3g} h of "
+        f"one cannot be separated from it: periods {difference:.2g} s apart need "
+        f"{period**2 / difference / 3600.0:.3g} h of "
         f"data, the record has {duration / 3600.0:.3g} h."
     )

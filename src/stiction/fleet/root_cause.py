@@ -34,7 +34,9 @@ class LoopVerdict:
     def __post_init__(self) -> None:
         for name in ("stiction", "tuning"):
             if not 0.0 <= getattr(self, name) <= 1.0:
-                raise ParameterError(f"{name} = {getattr(self, name)!r} is no probability; give a value from 0 to 1.")
+                raise ParameterError(
+                    f"{name} = {getattr(self, name)!r} is not a probability; give a value from 0 to 1."
+                )
 
     @property
     def log_odds(self) -> float:
@@ -110,7 +112,7 @@ def rank_roots(
     Returns
     -------
     tuple of RootCandidate
-        All members, the likeliest source first.
+        All members, the most likely source first.
 
     Notes
     -----
@@ -174,13 +176,13 @@ def _findings(
     harmonics = columns["harmonics"]
     return [
         _Finding("verdict", own, own, weights.verdict, "own verdict, log odds {:.1f}"),
-        _Finding("arrival", delay, -delay, weights.arrival, "arrives {:.2f} periods"),
+        _Finding("arrival", delay, -delay, weights.arrival, "oscillates {:.2f} periods"),
         _Finding("amplitude", amplitude, _decades(amplitude, 0.01), weights.amplitude, "amplitude {:.2g} % of span"),
         _Finding("share", share, _decades(share, 1e-3), weights.share, "{:.0%} of the variance of OP"),
         _Finding("nonlinearity", index, np.clip(index, -1.0, 3.0), weights.nonlinearity, "nonlinearity N {:.1f}"),
         _Finding("harmonics", harmonics, _decades(harmonics, 1e-3), weights.harmonics, "odd harmonics {:.1%}"),
         _Finding("cascade", cascade, cascade, weights.cascade, "loop of a cascade"),
-        _Finding("reach", reach, reach, weights.reach, "connections lead to {:.0%} of the group"),
+        _Finding("reach", reach, reach, weights.reach, "connected to {:.0%} of the group"),
     ]
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stiction.errors import ParameterError, RecordError, Setting, require_positive
+from stiction.errors import ParameterError, RecordError, require_positive, require_probability
 from stiction.fleet.audit import Audit, read_audit
 from stiction.fleet.find_loops import choose_loops, list_loop_places
 from stiction.fleet.folder import check_folder, lock_folder, options_digest, process_name, write_settings
@@ -131,7 +131,7 @@ def audit(
 
     sources = [os.fspath(source)] if isinstance(source, (str, os.PathLike)) else [os.fspath(one) for one in source]
     if not sources:
-        raise ParameterError("source is empty; name files, folders, patterns or database URLs.")
+        raise ParameterError("source is empty; give files, folders, patterns or database URLs.")
     options = dict(reading or {}) | ({"map": os.fspath(map)} if map is not None else {})
     links = read_connections(connections) if connections is not None else []
     chosen = RunOptions(
@@ -142,11 +142,7 @@ def audit(
     first, last = since if since == "last" else parse_moment("since", since), parse_moment("until", until)
     Costs(*costs)
     require_positive("time_limit", time_limit, "s")
-    if not 0.0 < prior < 1.0:
-        raise ParameterError(
-            Setting("prior"), f" = {prior:g} is no share of sticky valves",
-            remedy="give a number between 0 and 1, as 0.25",
-        )  # fmt: skip
+    require_probability("prior", prior)
     folder = Path(out)
     check_folder(folder)
 
@@ -162,7 +158,7 @@ def audit(
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise RecordError(f"{folder}: cannot be made ({error.strerror}); name another folder.") from None
+        raise RecordError(f"cannot be created ({error.strerror}); give another folder.", where=folder) from None
     with lock_folder(folder):
         database = Ledger(ledger or sqlite_url(folder / "ledger.sqlite"))
         try:
@@ -199,16 +195,20 @@ def read_connections(path: str | os.PathLike[str]) -> list[tuple[str, str]]:
         text = Path(path).read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or error
-        raise RecordError(f"{path}: the connections cannot be read ({reason}); check the path.") from None
+        raise RecordError(f"the connections cannot be read ({reason}); check the path.", where=path) from None
     rows = list(csv.DictReader(text.splitlines()))
     names = [name.strip().lower() for name in (csv.reader(text.splitlines()[:1]).__next__() if text.strip() else [])]
     if not {"from", "to"} <= set(names):
-        raise RecordError(f"{path}: has the columns {', '.join(names) or '(none)'}; write from,to in its first line.")
+        raise RecordError(
+            f"has the columns {', '.join(names) or '(none)'}; write from,to in its first line.", where=path
+        )
     links = []
     for number, row in enumerate(rows, 2):
         cells = {str(name).strip().lower(): str(cell or "").strip() for name, cell in row.items()}
         if not (cells["from"] and cells["to"]):
-            raise RecordError(f"{path}, line {number}: from or to is empty; write two tags, or delete the line.")
+            raise RecordError(
+                "from or to is empty; write two tags, or delete the line.", where=f"{path}, line {number}"
+            )
         links.append((cells["from"], cells["to"]))
     return links
 

@@ -55,7 +55,9 @@ def write_signals(folder: Path, means: Mapping[int, BlockMeans], key: tuple[str,
         os.replace(part, target)
     except (OSError, pl.exceptions.PolarsError) as error:
         reason = getattr(error, "strerror", None) or error
-        raise RecordError(f"{folder}: block means cannot be written ({reason}); check rights and free space.") from None
+        raise RecordError(
+            f"block means cannot be written ({reason}); check the access rights and the free space.", where=folder
+        ) from None
     finally:
         part.unlink(missing_ok=True)
     return target.name
@@ -83,7 +85,7 @@ def read_signals(folder: Path, loops: Mapping[int, str]) -> dict[int, BlockMeans
             frame = pl.read_parquet(path, glob=False).filter(pl.col("loop").is_in(numbers))
         except (OSError, KeyError, ValueError, pl.exceptions.PolarsError) as error:
             raise RecordError(
-                f"{path}: block means cannot be read ({error}); delete the audit and run it again."
+                f"block means cannot be read ({error}); delete the audit and run it again.", where=path
             ) from None
         for row in frame.iter_rows(named=True):
             arrays = [np.array(row[array], dtype=np.float32) for array in ARRAYS]

@@ -131,4 +131,6 @@ def _find_tag(loops: Loops, place: LoopPlace) -> int:
     for number, tag in enumerate(loops.tags):
         if tag.casefold() == place.tag.casefold():
             return number
-    raise RecordError(f"{place.tag}: {place.part.display_name} gives no OP and PV of it in this time; check the map.")
+    raise RecordError(
+        f"{place.part.display_name} has no OP and PV of this loop in this time range; check the map.", where=place.tag
+    )

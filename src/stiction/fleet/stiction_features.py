@@ -14,7 +14,7 @@ from stiction.records.record import require_record
 try:
     from sklearn.base import BaseEstimator, TransformerMixin
 except ImportError:  # pragma: no cover
-    raise MissingExtraError("scikit-learn is not installed; pip install 'stiction[sklearn]'.") from None
+    raise MissingExtraError('scikit-learn is not installed; install it with: pip install "stiction[sklearn]"') from None
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -29,7 +29,7 @@ __all__ = ["StictionFeatures"]
 class StictionFeatures(TransformerMixin, BaseEstimator):
     """Transformer from loop records to the features of the verdict: one row a record.
 
-    It learns nothing: `fit` only checks its input. Needs scikit-learn: ``pip install 'stiction[sklearn]'``.
+    It learns nothing: `fit` only checks its input. It needs scikit-learn: ``pip install "stiction[sklearn]"``.
 
     Notes
     -----

@@ -54,7 +54,7 @@ def find_missing_tags(
     missing = [tag for tag in named if tag.casefold() not in known]
     if named and len(missing) == len(named):
         raise RecordError(
-            f"connections: none of its {len(named)} tags is a loop ({', '.join(named[:5])}, ...); write tags of "
-            "loops, as `stiction read` lists them."
+            f"connections: none of its {len(named)} tags is a loop ({', '.join(named[:5])}, ...); write the tags "
+            "of loops, which `stiction read` lists."
         )
     return {"map_tags": [row.tag for row in rows if row.loop.casefold() not in known], "connection_tags": missing}

@@ -27,7 +27,9 @@ def parse_duration(name: str, value: str | float) -> float:
     except (KeyError, ValueError):
         seconds = math.nan
     if not 0.0 < seconds < math.inf:
-        raise ParameterError(Setting(name), f" = {value!r} is no time", remedy="give for example 10m, 90s or 1.5h")
+        raise ParameterError(
+            Setting(name), f" = {value!r} is not a duration", remedy="give for example 10m, 90s or 1.5h"
+        )
     return seconds
 
 
@@ -45,5 +47,5 @@ def parse_moment(name: str, value: str | datetime | None) -> datetime | None:
         return datetime.fromisoformat(value)
     except (TypeError, ValueError):
         raise ParameterError(
-            Setting(name), f" = {value!r} is no time", remedy="write it as 2026-03-02 or 2026-03-02T06:00"
+            Setting(name), f" = {value!r} is not a time", remedy="write it as 2026-03-02 or 2026-03-02T06:00"
         ) from None

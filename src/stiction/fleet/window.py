@@ -66,6 +66,6 @@ def _end_of_last_run(ledger: Ledger, digest: str) -> datetime:
                 return max(datetime.fromisoformat(end) for end in ends)
     raise ParameterError(
         Setting("since"),
-        " = 'last' needs a finished audit in this folder, with times",
+        " = 'last' needs a finished audit of records with time stamps in this folder",
         remedy="run one without it first",
     )

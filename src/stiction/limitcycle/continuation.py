@@ -164,7 +164,8 @@ def _set_parameter(loop: Loop, parameter: str, value: float) -> tuple[Loop, floa
         if parameter in getattr(getattr(loop, part), "__dataclass_fields__", {}):
             return replace(loop, **{part: replace(getattr(loop, part), **{parameter: value})}), 0.0  # type: ignore[arg-type]
     raise ParameterError(
-        f"parameter = {parameter!r} is unknown to this loop; use 'gain', 'disturbance', 'dead_time', or a parameter of "
+        f"parameter = {parameter!r} is not a parameter of this loop; use 'gain', 'disturbance', 'dead_time', or a "
+        "parameter of "
         f"its controller or of its {type(loop.valve).__name__} valve."
     )
 

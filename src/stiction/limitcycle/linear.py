@@ -135,8 +135,8 @@ def linear_part(loop: Loop, *, sp: float = 0.0, disturbance: float = 0.0) -> Lin
     solution = np.linalg.lstsq(balance, known, rcond=1e-12)[0]
     if np.max(np.abs(balance @ solution - known)) > 1e-8 * max(1.0, float(np.max(np.abs(known)))):
         raise ParameterError(
-            f"the loop has no point of rest for sp = {sp:g} and disturbance = {disturbance:g}: its process has "
-            "no steady gain, or integrates the load without integral action. Set both to 0."
+            f"the loop has no steady state for sp = {sp:g} and disturbance = {disturbance:g}: its process has "
+            "no finite steady-state gain, or integrates the load without integral action. Set both to 0."
         )
     return LinearPart(A, B, C, D, C_pv, process.D, process.dead_time, float(solution[n]))
 

@@ -166,10 +166,10 @@ def explain_no_cycle(loop: Loop) -> str:
     --------
     >>> import stiction as st
     >>> explain_no_cycle(st.Loop(st.PID(-0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0))
-    'The loop is unstable even without friction. Reverse or lower the gain of the controller.'
+    'The loop is unstable even without friction. Change the sign of the controller gain, or lower it.'
     """
     if is_unstable(loop):
-        return f"{UNSTABLE_TEXT}. Reverse or lower the gain of the controller."
+        return f"{UNSTABLE_TEXT}. Change the sign of the controller gain, or lower it."
     if is_frictionless(loop.valve):
         return "No limit cycle: the valve does not stick."
     if loop.controller.Kc == 0.0:

@@ -52,7 +52,7 @@ class CycleMatch(Result):
         measured = f"The record oscillates with period {self.period:.4g} s and OP amplitude {self.amplitude:.4g} %"
         if self.cycle is None:
             return f"{measured}; no predicted limit cycle of this loop is within {100 * _MAX_DISTANCE:.0f} % of it."
-        text = f"{measured}: it is in the {self.cycle.summary()[:-1].split(', by')[0]}."
+        text = f"{measured}: it is in the {self.cycle.description}."
         if not self.others:
             return f"{text} The loop has no other stable cycle."
         jumps = "; ".join(f"period {c.period:.4g} s, OP amplitude {c.amplitude:.4g} %" for c in self.others)

@@ -79,7 +79,7 @@ class LimitCycle(Result):
     def trust(self) -> str:
         """Reliability of the describing function for this cycle, in words."""
         if self.kind == "boundary":
-            return "Where N jumps: it separates the cycles below and above and is no oscillation itself."
+            return "Where N jumps: it separates the cycles below and above, and is not an oscillation."
         if self.method != "describing function":
             return self.warning or "Exact."
         if self.exact is None:
@@ -92,15 +92,19 @@ class LimitCycle(Result):
             return f"Rough: {off} against the exact cycle."
         return f"Do not trust the describing function here: {off} against the exact cycle. Use the exact one."
 
-    def summary(self) -> str:
-        """Summary in one line."""
+    @property
+    def description(self) -> str:
+        """Kind, stability, period and amplitudes, for a sentence."""
         fate = {True: "stable", False: "unstable", None: "stability unknown"}[self.stable]
         name = f" ({self.family})" if self.family else ""
-        text = (
+        return (
             f"{self.kind}{name}, {fate}: period {self.period:.4g} s, OP amplitude {self.amplitude:.4g} %, "
-            f"PV amplitude {self.amplitude_pv:.4g}, by {self.method}."
+            f"PV amplitude {self.amplitude_pv:.4g}"
         )
-        return f"{text} {self.trust}"
+
+    def summary(self) -> str:
+        """Summary in one line."""
+        return f"{self.description}, by {self.method}. {self.trust}"
 
 
 def _change(error: float | None) -> str:

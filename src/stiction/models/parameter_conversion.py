@@ -73,9 +73,7 @@ def friction_bands_to_SJ(fs: float, fd: float) -> tuple[float, float]:
     """
     fs, fd = _require_band("fs", fs), _require_band("fd", fd)
     if fd > fs:
-        raise ParameterError(
-            f"fd = {fd:g} % exceeds fs = {fs:g} %: J = fs - fd would be negative; give fd of at most fs."
-        )
+        raise ParameterError(f"fd = {fd:g} % exceeds fs = {fs:g} %: J = fs - fd would be negative; give fd <= fs.")
     return fs + fd, fs - fd
 
 
@@ -213,7 +211,7 @@ def convert_valve(valve: Valve, model: type[Valve] | str, *, r: float | None = N
         wrong = source.__name__ if target else (model if isinstance(model, str) else model.__name__)
         raise ParameterError(f"{wrong} cannot be converted; use one of {', '.join(sorted(_CLASSES))}.")
     if r is not None and target is not Srinivasan:
-        raise ParameterError(f"r = {r:g} %/s is no parameter of {target.__name__}; leave it out.")
+        raise ParameterError(f"r = {r:g} %/s is not a parameter of {target.__name__}; leave it out.")
     if dt is not None:
         dt = require_positive("dt", dt, "s")
     if isinstance(valve, Srinivasan):
@@ -243,7 +241,10 @@ def convert_valve(valve: Valve, model: type[Valve] | str, *, r: float | None = N
             )
         return Stenman(J, travel=travel)
     if S + J > 0.0:
-        raise ParameterError(f"S = {S:g} % and J = {J:g} % are friction: only bands of 0 make an ideal valve.")
+        raise ParameterError(
+            f"S = {S:g} % and J = {J:g} % are not 0, but an ideal valve has no friction. Keep the valve, or write "
+            "Ideal()."
+        )
     return Ideal(travel=travel)
 
 
@@ -274,7 +275,7 @@ def _equivalent_rate(valve: Valve, dt: float | None) -> float:
         if dt is None:
             raise ParameterError(
                 "He's valve follows only above (fs - fd) / dt [%/s], which changes with the sampling period; give dt "
-                "in s, or the r you want."
+                "in s, or give r."
             )
         # A move of exactly J moves neither the stem of He's valve nor that of the new valve.
         return (valve.fs - valve.fd + TIE_TOLERANCE * valve.fs) / (1.0 - TIE_TOLERANCE) / dt
@@ -292,7 +293,8 @@ def _reject_different_valve(valve: Srinivasan, target: type[Valve], dt: float | 
         )
     if valve.as_printed:
         raise ParameterError(
-            f"eq. 5 as printed is no {target.__name__} valve; convert Srinivasan(sb, sj, r), the repaired form."
+            f"eq. 5 as printed has no equivalent {target.__name__} valve; convert Srinivasan(sb, sj, r), the repaired "
+            "form."
         )
     if valve.sb == 0.0:
         return

@@ -70,7 +70,7 @@ def to_frame(records: Any, native: str = "pandas") -> Any:
             return frame.to_arrow()
         result = _to_pandas(frame)
     except ImportError:
-        raise MissingExtraError(f"{native} is not installed; pip install {native}.") from None
+        raise MissingExtraError(f"{native} is not installed; install it with: pip install {native}") from None
     result.attrs["units"] = _units(loops, names)
     if one:
         result.attrs["tag"] = loops[0].tag
@@ -94,8 +94,9 @@ def read_columns(
     missing += [time] if dt is None and time not in table.columns else []
     if missing:
         raise RecordError(
-            f"{tag}: the frame has no column {missing[0]!r}; its columns are "
-            f"{', '.join(map(str, table.columns[:20]))}. Name the columns with op=, pv=, time= or give dt=."
+            f"the frame has no column {missing[0]!r}; its columns are "
+            f"{', '.join(map(str, table.columns[:20]))}. Name the columns with op=, pv=, time= or give dt=.",
+            where=tag,
         )
     start = None
     if dt is None:
@@ -107,8 +108,9 @@ def read_columns(
         dt = float(np.median(steps)) if steps.size else 1.0
         if steps.size and not float(np.abs(steps - dt).max()) <= 0.01 * abs(dt):
             raise RecordError(
-                f"{tag}: the time steps of column {time!r} differ ({steps.min():g} to {steps.max():g} s); read the "
-                "frame with stiction.read, which lays an even grid."
+                f"the time steps of column {time!r} differ ({steps.min():g} to {steps.max():g} s); read the "
+                "frame with stiction.read, which resamples it to an even time grid.",
+                where=tag,
             )
     return {"dt": dt, "start": start, **{name: table[column].to_numpy() for name, column in columns.items()}}
 

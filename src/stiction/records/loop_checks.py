@@ -10,7 +10,7 @@ import numpy as np
 from stiction.records.check_result import MIN_CYCLES, MIN_SAMPLES, CheckInput, CheckResult, check_maximum, check_minimum
 from stiction.records.gaps import missing_mask
 from stiction.records.quality.movement import count_reversals, detect_op_scale, last_value_correlation
-from stiction.records.quality.quantisation import count_levels, peak_to_peak
+from stiction.records.quality.quantisation import count_levels, peak_to_peak, robust_range
 from stiction.records.runs import run_bounds, run_lengths
 
 if TYPE_CHECKING:
@@ -87,11 +87,11 @@ def _movement(name: str, moved: float, finding: str, remedy: str) -> CheckResult
     return CheckResult(result, "reject", moved, 0.0, unit, finding, remedy=remedy)
 
 
-def _op_reversals(data: CheckInput) -> CheckResult | None:
-    """Reversals of OP: friction shows nowhere else."""
+def _op_reversals(data: CheckInput, *, min_share: float = 0.15) -> CheckResult | None:
+    """Reversals of OP by `min_share` of its robust range [-] and more: friction shows nowhere else."""
     if not peak_to_peak(data.op) > 0.0:
         return None
-    count = count_reversals(data.op)
+    count = count_reversals(data.op, min_share * robust_range(data.op))
     return check_minimum(
         "op reversals", count, "-", warn=2 * MIN_CYCLES, remedy="record_movement", fields={"time_count": count}
     )

@@ -39,7 +39,7 @@ def to_parquet(records: Any, path: str | os.PathLike[str]) -> None:
     """
     loops = as_records(records)
     if not loops:
-        raise RecordError(f"{path}: there is no record to write; give at least one.")
+        raise RecordError("there is no record to write; give at least one.", where=path)
     frame = stack_records(loops, SIGNALS)
     lengths = {len(loop) for loop in loops}
     group = max(lengths) if len(lengths) == 1 else 16_384
@@ -50,7 +50,7 @@ def to_parquet(records: Any, path: str | os.PathLike[str]) -> None:
         frame.write_parquet(part, metadata={METADATA_KEY: text}, row_group_size=max(group, 1))
         os.replace(part, target)
     except OSError as error:
-        raise RecordError(f"{path}: cannot be written ({error.strerror or error}); check the folder.") from None
+        raise RecordError(f"cannot be written ({error.strerror or error}); check the folder.", where=path) from None
     finally:
         part.unlink(missing_ok=True)
 

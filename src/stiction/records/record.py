@@ -329,13 +329,16 @@ def require_record(record: object) -> None:
     if isinstance(record, LoopRecord):
         return
     if isinstance(record, (list, tuple)):
-        raise RecordError(f"record is a list of {len(record)}, as st.read gives: take them one by one.")
+        raise RecordError(
+            f"record is a list of {len(record)} records, which stiction.read returns; use them one by one."
+        )
     if isinstance(record, (str, PathLike)):
         raise RecordError(
-            f"record = {str(record)!r} is a path; read it, and take the loops of st.read(...) one by one."
+            f"record = {str(record)!r} is a path; read it with stiction.read(...), and use its records one by one."
         )
     raise RecordError(
-        f"record is of type {type(record).__name__}, no LoopRecord; give one of those that st.read(...) gives, or "
+        f"record is of type {type(record).__name__}, not a LoopRecord; give a record that stiction.read(...) "
+        "returned, or "
         "st.LoopRecord(tag, dt, op=..., pv=...)."
     )
 
@@ -346,7 +349,7 @@ def missing_pv_hint(record: LoopRecord) -> str:
     if column is None:
         return "Read the file again and name the column of the PV (--column, in Python columns=)."
     return (
-        f"{column} was taken for the valve position; if it is the PV, name it as the PV (--column, in Python columns=)."
+        f"{column} was taken as the valve position; if it is the PV, name it as the PV (--column, in Python columns=)."
     )
 
 
@@ -367,7 +370,7 @@ def _signal(name: str, value: ArrayLike, n: int | None) -> NDArray[np.float64]:
 def _mode(value: ArrayLike, n: int) -> NDArray[np.bool_]:
     mode = _signal("auto", value, n)
     if unknown := int(np.isnan(mode).sum()):
-        raise RecordError(f"auto has {unknown} missing values; say True or False of each sample, or leave auto out.")
+        raise RecordError(f"auto has {unknown} missing values; give True or False for each sample, or leave auto out.")
     return mode.astype(bool)
 
 

@@ -142,17 +142,19 @@ def _process(found: ProcessFit, unit: str) -> str:
     gain, of_op = labels.format_number(found.gain), unit.removesuffix("s")
     dead_time = f"dead time {labels.format_duration(found.dead_time)}"
     if found.integrating:
-        return f"Integrating process, gain {gain} PV units per {of_op} and second, {dead_time}"
+        return f"integrating process, gain {gain} PV units per {of_op} and second, {dead_time}"
     lag = labels.format_duration(found.time_constant)
-    return f"Gain {gain} PV units per {of_op}, time constant {lag}, {dead_time}"
+    return f"gain {gain} PV units per {of_op}, time constant {lag}, {dead_time}"
 
 
 def _alternatives(found: Identification) -> ExplanationStep:
     rows = [[name, labels.format_number(ratio)] for name, ratio in finite_likelihood_ratios(found)]
     lines = [
-        "Twice the log likelihood ratio of the sticky valve over each explanation; negative: the other fits better.",
-        "Those apart are not counted among the other explanations: a valve with deadband sticks too, without a slip "
-        "jump, and a load added to both valves is compared to judge the load.",
+        "Positive: the sticky valve predicts the PV better. Negative: the other explanation predicts it better. The "
+        "number is twice the logarithm of the likelihood ratio.",
+        "The rows marked 'apart' are not other explanations: a valve with deadband sticks too, but without a slip "
+        "jump; a "
+        "load added to both valves shows whether a load changes the result.",
     ]
     columns = ["Other explanation", RATIO_LABEL]
     return ExplanationStep("Which other explanation comes close?", lines, StepTable(columns, rows, columns[1:]))
@@ -160,8 +162,8 @@ def _alternatives(found: Identification) -> ExplanationStep:
 
 def _probability(diagnosis: Diagnosis) -> ExplanationStep:
     line = (
-        f"The log odds below and those of the prior {diagnosis.prior:g} "
-        f"({log_odds(diagnosis.prior):+.2f}) add up to those of the probability of stiction, "
+        f"The log odds in the table and the log odds of the prior {diagnosis.prior:g} "
+        f"({log_odds(diagnosis.prior):+.2f}) add up to the log odds of the probability of stiction, "
         f"{labels.format_probability(diagnosis.probability)}."
     )
     rows = [[name, value, log_odds] for name, _, value, log_odds in feature_table(diagnosis)]

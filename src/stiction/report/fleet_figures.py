@@ -68,7 +68,7 @@ def group_trends(tags: Sequence[str], signals: Sequence[NDArray[np.floating]], d
             heights = y - (part[chosen] - part.mean()) / np.ptp(part) * (row - 8.0)
             parts.append(_line(left + chosen / (part.size - 1) * width, heights, COLORS[k % len(COLORS)]))
     height = row * len(tags)
-    text = f"Trends of {len(tags)} loops over {format_seconds(max(1.0, shown * dt))}, the likeliest source first"
+    text = f"Trends of {len(tags)} loops over {format_seconds(max(1.0, shown * dt))}, the most likely source first"
     return TrustedHtml(
         f'<svg class="chart" viewBox="0 0 {left + width:g} {height:g}" role="img" aria-label="{escape(text)}">'
         f"{''.join(parts)}</svg>"

@@ -10,7 +10,7 @@ import numpy as np
 
 from stiction.fleet.compare import confirmed_share, has_finding
 from stiction.fleet.loop_oscillations import signal_at
-from stiction.report.atomic_write import write_atomically
+from stiction.records.atomic_write import write_atomically
 from stiction.report.fleet_figures import group_spectra, group_trends, treemap
 from stiction.report.page import _asset, _sha256
 from stiction.report.rendering import environment
@@ -189,7 +189,7 @@ def _data_problems(audit: Audit) -> list[dict[str, Any]]:
     lines = [{"name": name, "count": count, "tags": tags[name][:200]} for name, count in counts.most_common()]
     missing = {
         "tags of the map that the source does not have": audit.missing_tags["map_tags"],
-        "tags of the connections that are no loop": audit.missing_tags["connection_tags"],
+        "tags of the connections that are not loops": audit.missing_tags["connection_tags"],
     }
     found = [{"name": k, "what": "tag", "count": len(v), "tags": v[:200]} for k, v in missing.items() if v]
     return found + [{"what": "loop", **line} for line in lines]

@@ -64,10 +64,10 @@ def write_report(
     >>> write_report([], "report.html")
     Traceback (most recent call last):
     ...
-    stiction.errors.ParameterError: write_report got no diagnosis; give at least one.
+    stiction.errors.ParameterError: there is no diagnosis to write; give at least one.
     """
     if not diagnoses:
-        raise ParameterError("write_report got no diagnosis; give at least one.")
+        raise ParameterError("there is no diagnosis to write; give at least one.")
     if len(diagnoses) == 1 and not failures:
         return _one(diagnoses[0], path, title, settings)
     ranked = sort_worst_first(diagnoses)

@@ -119,7 +119,8 @@ def phenomena_table(valve: PhysicalValve) -> tuple[Phenomena, ...]:
     found = reduce_valve(valve, samples=50)
     if not found.r:
         raise ParameterError(
-            "The valve has no critical rate: no ramp gives stairs. Raise its static friction or lower its damping."
+            "The valve has no critical rate: it follows every ramp without steps. Raise its static friction or lower "
+            "its damping."
         )
     models = found.valves()
     sb, sj, rate = (found.gain * value for value in (found.sb, found.sj, found.r))

@@ -135,13 +135,14 @@ class RecordBuilder:
             if self.options.dt is None:
                 used = {one.position for one in shared if one.position is not None}
                 raise missing_time_error(table, table_headings(table).names, used)
-            note = "There is no time column: dt is as given."
+            note = "There is no time column: the sampling period is the given one."
             return Grid(np.arange(len(column.cells)), self.options.dt, notes=[note])
         stamps = column.clock.stamps
         if stamps.seconds.size < MIN_ROWS:
             raise RecordError(
-                f"{table.origin.name}: has {count_noun(stamps.seconds.size, 'row')} of data; {MIN_ROWS} or more are "
-                "needed, hundreds are useful."
+                f"has {count_noun(stamps.seconds.size, 'row')} of data; {MIN_ROWS} or more are "
+                "needed, hundreds are useful.",
+                where=table.origin.name,
             )
         cells = [one.cells for one in shared if one.clock is column.clock]
 
@@ -165,7 +166,10 @@ class RecordBuilder:
         series = []
         for role, column in tags.items():
             if column.clock is None:
-                raise RecordError(f"{column.table.origin.name}: column {column_label(column)} has no time stamps.")
+                raise RecordError(
+                    f"column {column_label(column)} has no time stamps; export them too.",
+                    where=column.table.origin.name,
+                )
             default = method.get(role, "last" if role == "op" else self.options.align or "last")
             series.append(TagSeries(column_label(column), column.clock.stamps, values.get(role), default))
         table = columns["op"].table

@@ -124,7 +124,7 @@ def _check_file(file: BinaryIO, name: str, max_bytes: int) -> int:
 
 
 def _file_digest(path: Path, size: int) -> str:
-    """Digest of a file; empty for a large one, or when it is not there any more."""
+    """Digest of a file; empty for a large one, or when it is no longer available."""
     if size > MAX_DIGEST_BYTES:
         return ""
     try:
@@ -138,7 +138,9 @@ def _open_file(path: str | os.PathLike[str] | BinaryIO) -> tuple[BinaryIO, str]:
     """Open the file and give its name for messages."""
     if not isinstance(path, (str, os.PathLike)):
         if not hasattr(path, "read"):
-            raise RecordError(f"cannot read {type(path).__name__} as a record; give a file name or a binary file.")
+            raise RecordError(
+                f"cannot read an object of type {type(path).__name__}; give a file name or a binary file."
+            )
         name = getattr(path, "name", "stream")
         return path, name if isinstance(name, str) else "stream"
     text = os.fspath(path)
@@ -149,12 +151,14 @@ def _open_file(path: str | os.PathLike[str] | BinaryIO) -> tuple[BinaryIO, str]:
     try:
         return open(text, "rb"), text
     except IsADirectoryError:
-        raise RecordError(f"{text}: is a folder; name a file in it, such as {text.rstrip('/')}/*.csv.") from None
+        raise RecordError(f"is a folder; give a file in it, such as {text.rstrip('/')}/*.csv.", where=text) from None
     except FileNotFoundError:
-        raise RecordError(f"{text}: no such file; check the name and the folder.") from None
+        raise RecordError("no such file; check the name and the folder.", where=text) from None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
-        raise RecordError(f"{text!r}: cannot be read ({reason}); check the name and the rights.") from None
+        raise RecordError(
+            f"cannot be read ({reason}); check the name and the access rights.", where=repr(text)
+        ) from None
 
 
 def _copy(file: BinaryIO, name: str, max_bytes: int, copy: BinaryIO) -> tuple[int, str]:
@@ -162,7 +166,7 @@ def _copy(file: BinaryIO, name: str, max_bytes: int, copy: BinaryIO) -> tuple[in
     digest, limit, has_content = hashlib.sha256(), ByteLimit(name, max_bytes), False
     while chunk := file.read(CHUNK_BYTES):
         if not isinstance(chunk, bytes):
-            raise RecordError(f"{name}: was opened as text; open it with mode 'rb'.")
+            raise RecordError("was opened as text; open it with mode 'rb'.", where=name)
         if limit.size == 0:
             refuse_kind(name, chunk)
         limit.add(len(chunk))
@@ -175,7 +179,7 @@ def _copy(file: BinaryIO, name: str, max_bytes: int, copy: BinaryIO) -> tuple[in
 
 
 def _empty(name: str) -> RecordError:
-    return RecordError(f"{name}: is empty; export the loop again with a header and rows of numbers.")
+    return RecordError("is empty; export the loop again with a header and rows of numbers.", where=name)
 
 
 def _decompress(source: ByteSource, *, is_member: bool = False) -> Iterator[ByteSource]:
@@ -188,7 +192,7 @@ def _decompress(source: ByteSource, *, is_member: bool = False) -> Iterator[Byte
         return
     for member, path in members:
         if is_member and member:
-            raise RecordError(f"{name}: is an archive within an archive; unpack the outer one first.")
+            raise RecordError("is an archive within an archive; unpack the outer one first.", where=name)
         stem = Path(member or source.origin.stem).stem
         origin = Origin(f"{name}/{member}" if member else name, stem, source.origin.digest)
         head, size = _read_head(path), path.stat().st_size

@@ -37,13 +37,15 @@ class ByteLimit:
         if self.size > self.max_bytes:
             after = " after decompression" if self.compressed else ""
             raise RecordError(
-                f"{self.name}: is larger than {_megabytes(self.max_bytes)}{after} ({_megabytes(self.size)} so far)",
+                f"is larger than {_megabytes(self.max_bytes)}{after} ({_megabytes(self.size)} so far)",
                 remedy=("export a shorter time or fewer columns, or raise the limit with ", Setting("max_bytes")),
+                where=self.name,
             )
         if self.compressed and self.size > max(MIN_RATIO_BYTES, MAX_RATIO * self.compressed):
             raise RecordError(
-                f"{self.name}: decompresses to more than {MAX_RATIO} times its size ({_megabytes(self.size)} so far "
-                f"from {_megabytes(self.compressed)}), as a damaged or harmful file does; if it is neither, unpack it."
+                f"decompresses to more than {MAX_RATIO} times its size ({_megabytes(self.size)} so far "
+                f"from {_megabytes(self.compressed)}), as a damaged or harmful file does; if it is neither, unpack it.",
+                where=self.name,
             )
 
 
@@ -70,10 +72,10 @@ def inflate(
             return None  # a workbook or another document
         if not 0 < len(members) <= MAX_MEMBERS:
             raise RecordError(
-                f"{limit.name}: is a zip archive of {len(members)} files; pack 1 to {MAX_MEMBERS} exported files."
+                f"is a zip archive of {len(members)} files; pack 1 to {MAX_MEMBERS} exported files.", where=limit.name
             )
         if any(member.flag_bits & 1 for member in members):
-            raise RecordError(f"{limit.name}: is encrypted; unpack it with its password first.")
+            raise RecordError("is encrypted; unpack it with its password first.", where=limit.name)
         files = []
         for number, member in enumerate(members):
             with archive.open(member) as stream:
@@ -121,7 +123,7 @@ def _damage_refused(name: str) -> Iterator[None]:
         raise
     except Exception as error:
         reason = str(error).rstrip(".") or type(error).__name__
-        raise RecordError(f"{name}: is damaged or cut off ({reason}); copy or export it again.") from None
+        raise RecordError(f"is damaged or cut off ({reason}); copy or export it again.", where=name) from None
 
 
 def _is_data_file(member: zipfile.ZipInfo) -> bool:

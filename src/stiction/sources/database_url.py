@@ -70,21 +70,25 @@ def make_engine(url: str) -> Engine:
         engine = create_engine(url, connect_args={"connect_timeout": CONNECT_TIMEOUT_S} if is_postgresql else {})
     except exc.NoSuchModuleError:
         raise ParameterError(
-            f"{shown}: is of an unknown kind of database; give for example postgresql+psycopg://, or install its "
-            "SQLAlchemy dialect."
+            "is of an unknown kind of database; give for example postgresql+psycopg://, or install its "
+            "SQLAlchemy dialect.",
+            where=shown,
         ) from None
     except ImportError as error:
         module = error.name or "the driver"
-        remedy = "pip install 'stiction[sql]'" if module == "psycopg" else f"pip install {module}"
-        raise MissingExtraError(f"{shown}: needs {module}, which is not installed; {remedy}.") from None
+        package = '"stiction[sql]"' if module == "psycopg" else module
+        raise MissingExtraError(
+            f"needs {module}, which is not installed; install it with: pip install {package}", where=shown
+        ) from None
     except (exc.ArgumentError, ValueError, TypeError):
         raise ParameterError(
-            f"{shown}: is no database URL; write KIND+DRIVER://USER:PASSWORD@HOST:PORT/DATABASE, with special "
-            "characters of the password encoded (%40 for @)."
+            "is not a database URL; write KIND+DRIVER://USER:PASSWORD@HOST:PORT/DATABASE, with special "
+            "characters of the password encoded (%40 for @).",
+            where=shown,
         ) from None
     file = engine.url.database
     if engine.dialect.name == "sqlite" and not (file and (file.startswith("file:") or Path(file).is_file())):
-        raise RecordError(f"{shown}: no such file; check the name and the folder.")
+        raise RecordError("no such file; check the name and the folder.", where=shown)
     return engine
 
 
@@ -97,11 +101,13 @@ def connect(engine: Engine, url: str) -> Iterator[Connection]:
         connection = engine.connect()
     except (exc.SQLAlchemyError, OSError, ValueError) as error:
         raise RecordError(
-            f"{show_url(url)}: cannot be reached ({_reason(error, url)}); check host, port, user and password, and "
-            "that the server runs."
+            f"cannot be reached ({_reason(error, url)}); check host, port, user and password, and "
+            "whether "
+            "the server runs.",
+            where=show_url(url),
         ) from None
     with connection:
-        with refused_as("cannot be read", url, "check the rights of the user"):
+        with refused_as("cannot be read", url, "check the access rights of the user"):
             if engine.dialect.name == "sqlite":
                 connection.exec_driver_sql("PRAGMA query_only = ON")
             if engine.dialect.name == "postgresql":
@@ -121,7 +127,7 @@ def refused_as(what: str, url: str, remedy: str) -> Iterator[None]:
     except (exc.SQLAlchemyError, ValueError, OverflowError) as error:
         if isinstance(error, (RecordError, ParameterError)):
             raise
-        raise RecordError(f"{show_url(url)}: {what} ({_reason(error, url)}); {remedy}.") from None
+        raise RecordError(f"{what} ({_reason(error, url)}); {remedy}.", where=show_url(url)) from None
 
 
 def _reason(error: Exception, url: str) -> str:

@@ -47,10 +47,11 @@ def frame_to_table(frame: Any, name: str = "") -> RawTable:
             data = data.collect("polars")
     except nw.exceptions.DuplicateError as error:
         text = " ".join(str(error).split())
-        raise RecordError(f"frame: {text}; give each column a name of its own.") from None
+        raise RecordError(f"frame: {text}; give each column another name.") from None
     except TypeError:
         raise RecordError(
-            f"cannot read {type(frame).__name__} as a record; give a file name, an open binary file, a data frame or a "
+            f"cannot read an object of type {type(frame).__name__}; give a file name, an open binary file, a data "
+            "frame or a "
             "database URL."
         ) from None
     native = nw.to_native(data)

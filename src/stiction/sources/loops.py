@@ -103,7 +103,9 @@ def find_loops(source: Any, options: ReadOptions, **database: Any) -> Loops:
         tables = read_database(source, max_bytes=options.max_bytes, **{**chosen, **database})
     elif database:
         names = ", ".join(sorted(database))
-        raise ParameterError(f"{names}: only for a database; {source!r} is no database URL such as sqlite:///plant.db.")
+        raise ParameterError(
+            f"{names} can be used only with a database, and {source!r} is not a database URL such as sqlite:///plant.db."
+        )
     elif isinstance(source, (str, os.PathLike, list, tuple)) or hasattr(source, "read"):
         files = open_files(source, options)
         if stored := _open_stored_records(files, options):
@@ -136,7 +138,7 @@ def _open_stored_records(files: list[ByteSource], options: ReadOptions) -> list[
     chosen = [part for one in found if (part := one.select(options.tag)).tags]
     if not chosen:
         names = ", ".join(tag for one in found for tag in one.tags[:10])
-        raise RecordError(f"{files[0].origin.name}: has no loop {options.tag!r}; give one of {names}.")
+        raise RecordError(f"has no loop {options.tag!r}; give one of {names}.", where=files[0].origin.name)
     return chosen
 
 

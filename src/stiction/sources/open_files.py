@@ -23,7 +23,7 @@ def open_files(source: Any, options: ReadOptions) -> list[ByteSource]:
     for part in source if isinstance(source, (list, tuple)) else [source]:
         paths += list_files(part) if isinstance(part, (str, os.PathLike)) and part != "-" else [part]
     if not paths:
-        raise RecordError("the list of files is empty; name one or more.")
+        raise RecordError("the list of files is empty; give one or more.")
     return [one for path in paths for one in open_sources(path, options)]
 
 
@@ -43,11 +43,11 @@ def list_files(source: str | os.PathLike[str], *, subfolders: bool = False) -> l
             if path.is_file() and not any(name.startswith(".") for name in path.relative_to(text).parts)
         )  # fmt: skip
         if not files:
-            raise RecordError(f"{text}: is a folder without files; name the folder that holds the exports.")
+            raise RecordError("is a folder without files; give the folder that contains the exports.", where=text)
         return files
     if has_magic(text) and not os.path.exists(text):
         files = sorted(path for path in glob(text, recursive=True) if os.path.isfile(path))
         if not files:
-            raise RecordError(f"{text}: no file matches this pattern; check the folder and the spelling.")
+            raise RecordError("no file matches this pattern; check the folder and the spelling.", where=text)
         return files
     return [text]

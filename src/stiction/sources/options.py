@@ -58,7 +58,7 @@ class ReadOptions:
             require_kind(name, getattr(self, name), (str, NoneType), "a text")
         require_kind("day_first", self.day_first, (bool, NoneType), "True or False")
         if self.decimal not in (None, ".", ","):
-            raise ParameterError(f"decimal = {self.decimal!r} is no decimal mark; give '.' or ','.")
+            raise ParameterError(f"decimal = {self.decimal!r} is not a decimal mark; give '.' or ','.")
         if self.delimiter is not None and (len(self.delimiter) != 1 or self.delimiter in "\r\n\"'"):
             raise ParameterError(
                 f"delimiter = {self.delimiter!r} is not one character; give for example ',' or ';' or a tab."
@@ -67,17 +67,19 @@ class ReadOptions:
             raise ParameterError(f"align = {self.align!r} is unknown; give 'last' or 'interpolate'.")
         if isinstance(self.max_bytes, bool) or not isinstance(self.max_bytes, int) or self.max_bytes < 1:
             raise ParameterError(
-                f"max_bytes = {self.max_bytes!r} is no positive number of bytes; give for example 2e9."
+                f"max_bytes = {self.max_bytes!r} is not a positive number of bytes; give for example 2e9."
             )
         if not isinstance(self.columns, Mapping):
             raise ParameterError(
-                f"columns = {self.columns!r} is no mapping of signals to columns; give for example "
-                "columns={'op': 'CO'}."
+                f"columns = {self.columns!r} does not map signals to columns; give for example columns={{'op': 'CO'}}."
             )
         for signal, column in self.columns.items():
             require_kind("a signal of columns", signal, str, "its name, as in columns={'op': 'CO'}")
             if isinstance(column, bool) or not (isinstance(column, str) or hasattr(column, "__index__")):
-                raise ParameterError(f"columns[{signal!r}] = {column!r} is no column; give its name or its number.")
+                raise ParameterError(
+                    f"columns[{signal!r}] = {column!r} is neither a name nor a number; give the name or the number of "
+                    "a column."
+                )
         put(self, "columns", {signal.lower(): column for signal, column in self.columns.items()})
         put(self, "op_range", _span("op_range", "OP", self.op_range))
         put(self, "mv_range", _span("mv_range", "valve position", self.mv_range))
@@ -93,12 +95,12 @@ def _span(name: str, what: str, span: Any) -> tuple[float, float] | None:
         zero, full = span
     except (TypeError, ValueError):
         raise ParameterError(
-            f"{name} = {span!r} is no pair of numbers; give the {what} at 0 % and at 100 %, for example (4, 20)."
+            f"{name} = {span!r} is not a pair of numbers; give the {what} at 0 % and at 100 %, for example (4, 20)."
         ) from None
     low, high = require_finite(name, zero), require_finite(name, full)
     if not low < high:
         raise ParameterError(
-            f"{name} = ({low:g}, {high:g}) is empty; give the {what} at 0 % and a larger one at 100 %."
+            f"{name} = ({low:g}, {high:g}) is an empty range; give the {what} at 0 % and a larger one at 100 %."
         )
     return low, high
 

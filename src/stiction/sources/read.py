@@ -171,7 +171,9 @@ def open_loops(source: Any, **options: Any) -> Loops:
     """
     chosen = {name: value for name, value in options.items() if value is not None}
     if unknown := chosen.keys() - _DATABASE.keys() - {one.name for one in fields(ReadOptions)}:
-        raise ParameterError(f"{', '.join(sorted(unknown))}: no option of stiction.read; see help(stiction.read).")
+        raise ParameterError(
+            f"{', '.join(sorted(unknown))} is not an option of stiction.read; see help(stiction.read)."
+        )
     database = {_DATABASE[name]: chosen.pop(name) for name in list(chosen) if name in _DATABASE}
     columns: Any = chosen.pop("columns", {})
     if isinstance(columns, Sequence) and not isinstance(columns, str):

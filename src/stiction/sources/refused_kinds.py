@@ -8,7 +8,7 @@ __all__ = ["refuse_kind"]
 
 _REFUSED = {
     b"%PDF": ("a PDF document", "export the trend as CSV"),
-    **dict.fromkeys((b"\x7fELF", b"MZ\x90\x00", b"\xcf\xfa\xed\xfe"), ("a program", "name the data file")),
+    **dict.fromkeys((b"\x7fELF", b"MZ\x90\x00", b"\xcf\xfa\xed\xfe"), ("a program", "give the data file")),
     **dict.fromkeys(
         (b"\x89PNG", b"\xff\xd8\xff", b"GIF8", b"II*\x00", b"MM\x00*"),
         ("a picture", "export the numbers of the trend as CSV"),
@@ -17,7 +17,7 @@ _REFUSED = {
     b"SQLite format 3\x00": ("an SQLite database", "give its URL, sqlite:///FILE, and a table or a query"),
     **dict.fromkeys(
         (b"7z\xbc\xaf\x27\x1c", b"Rar!", b"BZh91AY&SY", b"\xfd7zXZ"),
-        ("an archive of a kind that is not read", "unpack it first"),
+        ("an archive of a kind that cannot be read", "unpack it first"),
     ),
 }
 """First bytes -> what holds no records, and the remedy."""
@@ -38,4 +38,4 @@ def refuse_kind(name: str, head: bytes) -> None:
     elif len(head) >= MIN_ZEROS and not head.strip(b"\0"):
         kind = "binary and begins with zeros only", "export the loop as CSV"
     if kind:
-        raise RecordError(f"{name}: is {kind[0]}; {kind[1]}.")
+        raise RecordError(f"is {kind[0]}; {kind[1]}.", where=name)

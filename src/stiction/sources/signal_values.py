@@ -62,12 +62,13 @@ def _one_unit(loop: LoopRoles, role: str, in_cells: str) -> str:
     written, column = loop.unit_of(role), loop.roles[role]
     if written and in_cells and written.upper() != in_cells.upper():
         raise RecordError(
-            f"{column.table.origin.name}, column {column_label(column)}: is in {written} by its header and in "
-            f"{in_cells} by its numbers; correct the one that is wrong."
+            f"its header says {written}, its numbers say {in_cells}; correct the one that is wrong.",
+            where=f"{column.table.origin.name}, column {column_label(column)}",
         )
     if in_cells and in_cells != "%" and not column.table.header and not written:
         raise RecordError(
-            f"{column.table.origin.name}: has numbers in {in_cells} without a header; write one, to say what they are."
+            f"has numbers in {in_cells} but no header; write a header that names the signal.",
+            where=column.table.origin.name,
         )
     return written or in_cells
 
@@ -78,12 +79,13 @@ def refuse_without_numbers(loop: LoopRoles, role: str, bad: BadValues) -> None:
     table, label = column.table, column_label(column)
     if role in bad.masks and bad.masks[role].all():
         raise EmptySignalError(
-            f"{table.origin.name}: all values of {label} are flagged as bad; export good values, or leave out the "
-            "column of the flags if it is wrong."
+            f"all values of {label} are flagged as bad; export good values, or leave out the "
+            "flag column if it is wrong.",
+            where=table.origin.name,
         )
     cells = column.cells.drop_nulls().head(1).to_list() or [""]
     raise EmptySignalError(
-        f"{table.origin.name}, line {table.first_line}, column {label}: holds no number for {role.upper()} (it begins "
-        f"with {str(cells[0])!r})",
+        f"contains no number for {role.upper()} (it begins with {str(cells[0])!r})",
         remedy=("check the column or name another one with ", Setting("columns", {role: None})),
+        where=f"{table.origin.name}, line {table.first_line}, column {label}",
     )

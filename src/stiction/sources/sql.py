@@ -53,9 +53,11 @@ def read_database(
     if (query is None) == (table is None):
         raise ParameterError("give either query, a SELECT, or table, the name of a table.")
     if tag is not None and (time is None or value is None):
-        raise ParameterError(f"tag = {tag!r} says that the table is long; give its columns time and value too.")
+        raise ParameterError(
+            f"tag = {tag!r} is the column of tags in a table with one row per tag and time; give time and value too."
+        )
     if query is not None and (since is not None or until is not None):
-        raise ParameterError("since and until go with table; write them into the query.")
+        raise ParameterError("since and until cannot be used with query; write the times into the query.")
     engine = make_engine(url)
     roles = {"Time": time, "Tag": tag, "Value": value, "Quality": quality}
     wanted = list(columns.values()) if hasattr(columns, "values") else list(columns or ())  # pyright: ignore
@@ -78,7 +80,7 @@ def read_database(
         engine.dispose()
     where = show_url(url) + (f", table {table}" if table else ", query")
     if frame.height == 0:
-        raise RecordError(f"{where}: gives no row; check the table, the tags, since and until.")
+        raise RecordError("there is no row; check the table, the tags, since and until.", where=where)
     headings = {name: heading for heading, name in roles.items() if name is not None and heading not in frame.columns}
     frame = frame.rename({name: headings[name] for name in frame.columns if name in headings})
     return [typed_table(Origin(where, table or engine.url.database or "query"), frame)]
@@ -89,7 +91,7 @@ def _reflect(connection: Connection, name: str, url: str) -> Table:
     from sqlalchemy import MetaData, Table, exc, inspect
 
     schema, _, bare = name.rpartition(".")
-    with refused_as("cannot be read", url, "check the rights of the user"):
+    with refused_as("cannot be read", url, "check the access rights of the user"):
         try:
             try:
                 return Table(name, MetaData(), autoload_with=connection)
@@ -98,8 +100,8 @@ def _reflect(connection: Connection, name: str, url: str) -> Table:
         except exc.NoSuchTableError:
             inspector = inspect(connection)
             names = [*inspector.get_table_names(), *inspector.get_view_names()]
-    known = f"give one of {_list(names)}" if names else "this user may see none"
-    raise RecordError(f"{show_url(url)}: has no table {name!r}; {known}.")
+    known = f"give one of {_list(names)}" if names else "this user has access to none"
+    raise RecordError(f"has no table {name!r}; {known}.", where=show_url(url))
 
 
 def _select(
@@ -126,7 +128,7 @@ def _select(
         statement = statement.where(or_(*(column.startswith(one, autoescape=True) for one in tags)))
     if since is not None or until is not None:
         if time is None:
-            raise ParameterError("since and until need the column of the time", remedy=("give ", Setting("time")))
+            raise ParameterError("since and until need the name of the time column", remedy=("give ", Setting("time")))
         low, high = (_bound(limit, time.type) for limit in (since, until))
         statement = statement.where(time >= low) if since is not None else statement
         statement = statement.where(time < high) if until is not None else statement
@@ -143,9 +145,9 @@ def _bound(limit: Any, kind: Any) -> Any:
         try:
             return datetime.fromisoformat(limit)
         except ValueError:
-            raise ParameterError(f"{limit!r} is no time; write it as 2026-03-02 or 2026-03-02T06:00:00.") from None
+            raise ParameterError(f"{limit!r} is not a time; write it as 2026-03-02 or 2026-03-02T06:00:00.") from None
     if isinstance(limit, str) and isinstance(kind, (types.Numeric, types.Integer)):
-        raise ParameterError(f"{limit!r} is a text, but the time column holds numbers; give a number.")
+        raise ParameterError(f"{limit!r} is a text, but the time column contains numbers; give a number.")
     return limit
 
 
@@ -161,16 +163,17 @@ def _fetch(connection: Connection, statement: Any, url: str, max_bytes: int) -> 
         else:
             result = connection.execution_options(**options).execute(statement)
         if not result.returns_rows:
-            raise RecordError(f"{show_url(url)}: the query gives no rows; give a SELECT.")
+            raise RecordError("the query gives no rows; give a SELECT.", where=show_url(url))
         names = list(result.keys())
         if len(set(names)) < len(names):
-            raise RecordError(f"{show_url(url)}: two columns of the query have one name; name each with AS.")
+            raise RecordError("two columns of the query have one name; name each with AS.", where=show_url(url))
         chunks, n_cells = [], 0
         for rows in result.partitions(CHUNK_ROWS):
             n_cells += len(rows) * len(names)
             if 8 * n_cells > max_bytes:
                 raise RecordError(
-                    f"{show_url(url)}: the rows are larger than {max_bytes:,} bytes; read fewer by tags, since, until."
+                    f"the rows are larger than {max_bytes:,} bytes; read fewer by tags, since, until.",
+                    where=show_url(url),
                 )
             chunks.append([make_series(cells) for cells in zip(*rows, strict=True)])
     columns = zip(*chunks, strict=True) if chunks else [[pl.Series(dtype=pl.String)] for _ in names]

@@ -71,8 +71,9 @@ def typed_table(
         with damage_refused(origin.name):
             if max_bytes is not None and 8 * count_rows() * len(positions) > max_bytes:
                 raise RecordError(
-                    f"{origin.name}: {count_rows():,} rows of {len(positions)} columns exceed {max_bytes:,} bytes",
+                    f"{count_rows():,} rows of {len(positions)} columns exceed {max_bytes:,} bytes",
                     remedy=("read one loop with ", Setting("tag"), ", or allow more with ", Setting("max_bytes")),
+                    where=origin.name,
                 )
             return lazy.select(_to_plain_type(names[k], types[names[k]]) for k in positions).collect()
 
@@ -100,7 +101,7 @@ def damage_refused(name: str) -> Iterator[None]:
         raise
     except (PolarsError, PanicException, OSError, ValueError, OverflowError) as error:
         text = " ".join(str(error).split())[:200].rstrip(".")
-        raise RecordError(f"{name}: is damaged ({text}); copy or export it again.") from None
+        raise RecordError(f"is damaged ({text}); copy or export it again.", where=name) from None
 
 
 def make_series(cells: Sequence[Any]) -> pl.Series:

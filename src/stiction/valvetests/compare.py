@@ -89,7 +89,7 @@ def compare_tests(before: ValveTest, after: ValveTest) -> TestComparison:
         raise ParameterError(f"A {before.kind} and a {after.kind} cannot be compared; give two tests of the same kind.")
     if before.signal != after.signal:
         raise ParameterError(
-            f"One test was read from {before.signal}, the other from {after.signal}; give both the same signal=."
+            f"One test uses {before.signal}, the other {after.signal}; analyse both with the same signal."
         )
     after_repair = after.quantities()
     return TestComparison(

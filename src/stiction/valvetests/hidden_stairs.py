@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.records.straight_line import fit_line
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -67,9 +69,8 @@ def find_hidden_stairs(
     if n < 24:
         return None, math.inf
     dt = float(np.median(np.diff(time)))
-    centred = time - time.mean()
-    slope = float(centred @ stem / (centred @ centred))
-    left = stem - stem.mean() - slope * centred
+    line = fit_line(time, stem)
+    left = stem - line.at(time)
     size = 1 << (4 * n - 1).bit_length()
     power = np.abs(np.fft.rfft(left, size)) ** 2 / n
     frequency = np.fft.rfftfreq(size, dt)
@@ -83,5 +84,5 @@ def find_hidden_stairs(
     if power[k] < needed * sigma * sigma or not AMPLITUDE_RATIO_RANGE[0] <= ratio <= AMPLITUDE_RATIO_RANGE[1]:
         return None, smallest
     ends = time[n // 8], time[n - 1 - n // 8]
-    line = tuple(float(stem.mean() + slope * (t - time.mean())) for t in ends)
-    return HiddenStairs(jump, (ramp.line.at(ends[0]), ramp.line.at(ends[1])), (line[0], line[1])), smallest
+    reached = float(line.at(ends[0])), float(line.at(ends[1]))
+    return HiddenStairs(jump, (ramp.line.at(ends[0]), ramp.line.at(ends[1])), reached), smallest

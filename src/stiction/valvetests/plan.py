@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import csv
-import os
-import tempfile
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from stiction.display.json_form import Result
 from stiction.errors import ParameterError, require_finite
+from stiction.records.atomic_write import write_atomically
 
 if TYPE_CHECKING:
+    import os
+    from pathlib import Path
+
     from numpy.typing import NDArray
 
 __all__ = ["TestPlan", "require_range_in_span"]
@@ -66,26 +66,11 @@ class TestPlan(Result):
 
         Raises
         ------
-        ParameterError
+        RecordError
             When the file cannot be written.
         """
-        target = Path(path)
-        scratch = None
-        try:
-            handle, scratch = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
-            with os.fdopen(handle, "w", newline="", encoding="utf-8") as file:
-                writer = csv.writer(file, lineterminator="\n")
-                writer.writerow(["time_s", "OP"])
-                writer.writerows((f"{t:.9g}", f"{u:.6f}") for t, u in zip(self.time, self.op, strict=True))
-            os.chmod(scratch, 0o644)
-            os.replace(scratch, target)
-        except OSError as problem:
-            if scratch is not None:
-                Path(scratch).unlink(missing_ok=True)
-            raise ParameterError(
-                f"{target} cannot be written ({problem.strerror}); give a path in a folder that exists."
-            ) from None
-        return target
+        rows = (f"{t:.9g},{u:.6f}" for t, u in zip(self.time, self.op, strict=True))
+        return write_atomically("\n".join(["time_s,OP", *rows, ""]), path)
 
 
 def require_range_in_span(low: float, high: float, names: tuple[str, str] = ("low", "high")) -> tuple[float, float]:
@@ -93,7 +78,7 @@ def require_range_in_span(low: float, high: float, names: tuple[str, str] = ("lo
     low, high = require_finite(names[0], low, "% of span"), require_finite(names[1], high, "% of span")
     if not 0.0 <= low < high <= 100.0:
         raise ParameterError(
-            f"{names[0]} = {low:g} % and {names[1]} = {high:g} % are not a range in the span; "
+            f"{names[0]} = {low:g} % and {names[1]} = {high:g} % are not an increasing range from 0 to 100 %; "
             f"give 0 <= {names[0]} < {names[1]} <= 100."
         )
     return low, high

@@ -128,8 +128,8 @@ def _classify_ramps(reading: StemSignal, ramps: tuple[OpRamp, ...], tag: str) ->
     if reading.signal == "mv":
         if gain < REVERSED_POSITION_GAIN:
             raise RecordError(
-                f"The valve position of {tag} moves against the OP, by {gain:.2g} % per %; give 100 minus this "
-                "signal: the opening."
+                f"The valve position of {tag} moves against the OP, by {gain:.2g} % per %; give the opening, "
+                "which is 100 minus this signal."
             )
         gain = 1.0
     rounding = quantisation_step(tested, MAX_ROUNDING_STEP * abs(gain))

@@ -75,7 +75,7 @@ def plan_ramp_test(
     """
     low, high = require_range_in_span(low, high)
     if (threshold is None) == (rates is None):
-        raise ParameterError("Give either threshold (the expected r) or rates [% of span / s], one of the two.")
+        raise ParameterError("Give either threshold (the expected r) or rates [% of span / s], not both.")
     if threshold is not None:
         rates = [factor * require_positive("threshold", threshold, "% of span / s") for factor in RATE_MULTIPLES]
     assert rates is not None

@@ -65,7 +65,7 @@ def find_ramps(reading: StemSignal, tag: str) -> tuple[tuple[OpRamp, ...], list[
     """
     if reading.op_sigma > MAX_OP_NOISE and reading.op_step < MAX_OP_NOISE:
         raise RecordError(
-            f"The OP of {tag} moves by {reading.op_sigma:.2g} % from sample to sample with no ramp in it (a loop in "
+            f"The OP of {tag} moves by {reading.op_sigma:.2g} % from sample to sample and has no ramp (is the loop in "
             "automatic?); ",
             *RAMP_TEST_NEEDS,
             " For a record of normal operation use diagnose.",
@@ -77,7 +77,7 @@ def find_ramps(reading: StemSignal, tag: str) -> tuple[tuple[OpRamp, ...], list[
         rests = sum(piece.slope == 0.0 for piece in pieces)
         if rests >= 3:
             raise RecordError(
-                f"The OP of {tag} moves in steps ({rests} rests), not in ramps; use ",
+                f"The OP of {tag} moves in steps (constant {rests} times), not in ramps; use ",
                 Setting("analyse_steps"),
                 ". A step test cannot measure the rate r: see ",
                 Setting("plan_ramp_test"),
@@ -85,7 +85,7 @@ def find_ramps(reading: StemSignal, tag: str) -> tuple[tuple[OpRamp, ...], list[
             )
         swing = float(np.ptp(reading.op))
         raise RecordError(
-            f"The OP of {tag} has no ramp of {MIN_RAMP_TRAVEL} % and {MIN_RAMP_SAMPLES} samples (it spans "
+            f"The OP of {tag} has no ramp of {MIN_RAMP_TRAVEL} % and {MIN_RAMP_SAMPLES} samples (its range is "
             f"{swing:.3g} %)",
             remedy=("move it up and down as in the plan of ", Setting("plan_ramp_test")),
         )

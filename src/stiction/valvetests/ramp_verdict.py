@@ -41,7 +41,7 @@ def ramp_verdict(
         if lowest < -allowed:
             return "undecided", (
                 f"{name} is {found.text()}, below 0, which no valve can have: the slips do not follow OP. Ramp in "
-                "manual, with nothing but OP moving the flow."
+                "manual, while nothing but OP changes the flow."
             )
     if not S.known:
         if stuck > limit and signal == "pv":
@@ -55,7 +55,7 @@ def ramp_verdict(
         return "undecided", "S, deadband plus stickband, cannot be measured by this test."
     text = f"S, deadband plus stickband, is {S.text()}, limit {limit:g} %."
     if math.isfinite(S.low) and S.low <= limit <= S.high:
-        return "undecided", f"{text} The interval holds the limit."
+        return "undecided", f"{text} The limit lies within the interval."
     return ("within limit" if S.value <= limit else "beyond limit"), text
 
 
@@ -73,11 +73,13 @@ def open_questions(
     if fit is None and all(ramp.behaviour == "follow" for ramp in ramps):
         smallest = min(ramp.smallest_stair for ramp in ramps)
         what, unit = ("stem", "%") if reading.signal == "mv" else ("flow", "of its unit")
-        lines.append(f"sb, sj and r: the {what} followed every ramp; slips below {smallest:.2g} {unit} would not show.")
+        lines.append(
+            f"sb, sj and r: the {what} followed every ramp; slips below {smallest:.2g} {unit} cannot be detected."
+        )
         return tuple(lines)
     if fit is None:
         never = "the stem never moved; it" if reading.signal == "mv" else "the flow never reacted; it"
-        lines.append(f"sb, sj and r: {never} rested over up to {stuck:.3g} % of OP travel. Ramp further.")
+        lines.append(f"sb, sj and r: {never} rested over up to {stuck:.3g} % of OP travel. Use longer ramps.")
         return tuple(lines)
     if not fit.both_directions:
         lines.append(
@@ -92,8 +94,8 @@ def open_questions(
         lines.append(
             f"lag from deadband: the slips came at one rate, {pace:.3g} %/s, at which the lag and the dead time of the "
             f"flow look like deadband and make S too large, by up to {2.0 * pace:.2g} % per second of each. The "
-            f"intervals allow for the {fit.systematic_error.late / pace:.2g} s that a slip took to show. Ramp at a "
-            "second rate, slower by half or more."
+            f"intervals allow for the {fit.systematic_error.late / pace:.2g} s that a slip took to show. Use a "
+            "second rate of at most half of it."
         )
     lines += _rate_questions(ramps, r_low, r_high, contradiction)
     if fit.sb.known and fit.sb.n < 3:
@@ -118,13 +120,14 @@ def _rate_questions(ramps: tuple[Ramp, ...], r_low: float, r_high: float, contra
             "direction, or noise hides the stairs. See the table of ramps."
         ]
     if math.isnan(r_low) and math.isnan(r_high):
-        return ["r: no ramp shows clearly whether the stem moves in stairs or follows. Ramp further."]
+        return ["r: no ramp shows clearly whether the stem moves in stairs or follows. Use longer ramps."]
     if math.isnan(r_low):
         smallest = min(ramp.smallest_stair for ramp in ramps)
         return [
-            f"r: the stem followed every rate, so r is at most {r_high:.3g} %/s, or stairs are below {smallest:.2g} %. "
-            "Ramp slower."
+            f"r: the stem followed every rate, so r is at most {r_high:.3g} %/s, or the stairs are smaller than "
+            f"{smallest:.2g} %. "
+            "Use slower ramps."
         ]
     if math.isnan(r_high):
-        return [f"r: every rate gave stairs, so r is above {r_low:.3g} %/s. Ramp faster."]
+        return [f"r: every rate gave stairs, so r is above {r_low:.3g} %/s. Use faster ramps."]
     return []

@@ -19,6 +19,7 @@ import numpy as np
 
 from stiction.models.numba_compile import kernel
 from stiction.records.quantiles import robust_std
+from stiction.records.straight_line import fit_line
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -151,11 +152,11 @@ def segment_signal(time: NDArray[np.float64], signal: NDArray[np.float64], sigma
     while last > 0:
         first = int(origin[last])
         here = slice(first, last)
-        middle = time[here] - time[here].mean()
-        slope = float(middle @ signal[here] / (middle @ middle)) if line[last] else 0.0
-        # A line is read at the middle of its times, which is their mean for even sampling.
-        offset = 0.5 * float(time[first] + time[last - 1]) - float(time[here].mean())
-        level = float(signal[here].mean()) + slope * offset
+        slope, level = 0.0, float(signal[here].mean())
+        if line[last]:
+            fitted = fit_line(time[here], signal[here])
+            # A line is read at the middle of its times, which is their mean for even sampling.
+            slope, level = fitted.slope, float(fitted.at(0.5 * (time[first] + time[last - 1])))
         pieces.append(Segment(first, last, float(time[first]), float(time[last - 1]), level, slope))
         last = first
     return pieces[::-1]

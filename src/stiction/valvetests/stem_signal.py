@@ -61,13 +61,13 @@ def read_stem(record: LoopRecord, signal: str | None, lag: float) -> StemSignal:
     stem = record.mv if name == "mv" else record.pv
     if stem is None:
         raise RecordError(
-            f"{record.tag} has no {name}; a valve test needs OP and the valve position (mv) or a flow (pv) beside it."
+            f"{record.tag} has no {name}; a valve test needs OP, and the valve position (mv) or a flow (pv)."
         )
     if len(record) < 30:
         raise RecordError(f"{record.tag} has {len(record)} samples; a valve test needs 30 or more.")
     if not record.op_in_percent:
         raise RecordError(
-            f"The OP of {record.tag} is not in % of span, but the limit and the steps of a valve test are",
+            f"The OP of {record.tag} is not in % of span, which a valve test needs",
             remedy=("give ", Setting("op_range"), " to convert it"),
         )
     op = record.op
@@ -76,10 +76,10 @@ def read_stem(record: LoopRecord, signal: str | None, lag: float) -> StemSignal:
         if missing > MAX_MISSING_SHARE:
             other = ("; use ", Setting("signal", "pv"), " if a flow was recorded") if label == "MV" else ()
             raise RecordError(
-                f"{missing:.0%} of {label} of {record.tag} is missing; a valve test needs at least "
-                f"{1 - MAX_MISSING_SHARE:.0%}",
+                f"{100.0 * missing:.0f} % of {label} of {record.tag} is missing; a valve test needs at least "
+                f"{100.0 * (1 - MAX_MISSING_SHARE):.0f} %",
                 *other,
-                ", or cut the record to the part that is complete.",
+                ", or use only the part of the record that is complete.",
             )
     valid = np.isfinite(op) & np.isfinite(stem)
     time = record.time[valid]
@@ -101,8 +101,8 @@ def reject_feedback(reading: StemSignal, tag: str, needs: tuple[str | Setting, .
     """
     if abs(reading.reaction) > FEEDBACK_CORRELATION:
         raise RecordError(
-            f"The OP of {tag} reacts to PV (their noise goes together, correlation {reading.reaction:.2f}, limit "
-            f"{FEEDBACK_CORRELATION:g} either way): the loop is in automatic; ",
+            f"The OP of {tag} reacts to PV (correlation of their noise {reading.reaction:.2f}, limit +/-"
+            f"{FEEDBACK_CORRELATION:g}): the loop is in automatic; ",
             *needs,
             " For a record of normal operation use diagnose.",
         )

@@ -120,7 +120,8 @@ def _find_holds(reading: StemSignal, tag: str) -> list[Segment]:
     sigma = robust_std(change) / math.sqrt(2.0)
     if sigma > MAX_OP_NOISE:
         raise RecordError(
-            f"The OP of {tag} moves by {sigma:.2g} % from sample to sample and has no step (a loop in automatic?); ",
+            f"The OP of {tag} moves by {sigma:.2g} % from sample to sample and has no step (is the loop in "
+            "automatic?); ",
             *STEP_TEST_NEEDS,
             " For a record of normal operation use diagnose.",
         )

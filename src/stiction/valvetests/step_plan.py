@@ -78,7 +78,7 @@ def plan_step_test(
     hold, dt = require_positive("hold", hold, "s"), require_positive("dt", dt, "s")
     samples = round(hold / dt)
     if samples < 5:
-        raise ParameterError(f"hold = {hold:g} s has {samples} samples of {dt:g} s; hold 5 samples or more.")
+        raise ParameterError(f"hold = {hold:g} s is {samples} samples of {dt:g} s; give 5 samples or more.")
     if not steps and fine_range < fine_step:
         raise ParameterError("The plan has no step; give sizes, or a fine_range of one fine_step or more.")
     require_samples("the steps together", (4.0 * fine_range / fine_step + 4.0 * len(steps)) * hold, dt)
@@ -90,22 +90,24 @@ def plan_step_test(
     upset = max([n * fine_step, *steps])
     if start - upset < 0.0 or start + upset > 100.0:
         raise ParameterError(
-            f"start = {start:g} % with steps of up to {upset:g} % leaves 0 to 100 %; move the start or step less."
+            f"start = {start:g} % with steps of up to {upset:g} % would leave 0 to 100 %; give another start or "
+            "smaller steps."
         )
     listed = ", ".join(f"{size:g}" for size in steps)
     notes = (
         f"Staircase of {fine_step:g} % steps over {n * fine_step:g} % up and down, then steps of {listed or 'no'} %, "
-        f"each held {hold:g} s.",
-        "The travel read from the turning point, ISA's dead band, lies between S and S + J, as the reversal comes at "
-        "any place in the stick band; the staircase reads S too.",
-        "Held steps cannot tell the rate r at which the stem starts to follow; only ramps can.",
+        f"each constant for {hold:g} s.",
+        "The OP travel from a reversal to the first response (dead band of ISA) lies between S and S + J, because the "
+        "stem can reverse anywhere in the stick band; the staircase measures S too.",
+        "Steps cannot measure the rate r at which the stem starts to follow OP; use a ramp test for r.",
     )
     if n:
         reach = n * fine_step
         notes = (
             *notes,
-            f"From the middle of its stick band a fine range of {reach:g} % cannot move a valve whose (S + J) / 2 is "
-            f"{reach:g} % or more; where that may be, widen the fine range (--fine-range).",
+            f"A fine range of {reach:g} % may not move a stem whose (S + J) / 2 is {reach:g} % or more; for such a "
+            "valve "
+            "give a wider fine range (--fine-range).",
         )
     settings = {"start": start, "fine_step": fine_step, "fine_range": fine_range, "sizes": steps, "hold": hold}
     return TestPlan("step test", dt, np.repeat(np.round(levels, 9), samples), start, upset, notes, settings)

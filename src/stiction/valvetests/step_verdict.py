@@ -45,7 +45,7 @@ def step_verdict(
     if against > MAX_OPPOSITE_SHARE * len(ways):
         return "undecided", (
             f"The {what} moved against the OP in {against} of {len(ways)} responses and with the OP in the others: "
-            "something else moves it. Step in manual, with nothing but OP moving it."
+            "something else moves it. Make the steps in manual, while nothing but OP moves it."
         )
     least = S.low - still.hidden
     text = (
@@ -62,7 +62,7 @@ def step_verdict(
     if not ways:
         return (
             "undecided",
-            f"The {what} did not respond to {op_range:.3g} % of OP travel; limit {limit:g} %. Step further.",
+            f"The {what} did not respond to {op_range:.3g} % of OP travel; limit {limit:g} %. Use larger steps.",
         )
     if not S.known:
         return "undecided", "The test does not show S, deadband plus stickband (no reversal with a response)."
@@ -71,7 +71,7 @@ def step_verdict(
     if S.value + (still.hidden if still.hidden > finest else 0.0) <= limit * (1.0 + 1e-9):
         return "within limit", text
     if still.hidden > finest:
-        return "undecided", f"{text} The noise hides responses below {still.hidden:.3g} %: hold the steps longer."
+        return "undecided", f"{text} Noise hides responses below {still.hidden:.3g} %: use longer steps."
     return "undecided", f"{text} {_finer_steps_text(steps, finest)}"
 
 
@@ -82,16 +82,17 @@ def open_questions(
     lines = ["A step test cannot measure r. Use a ramp test."]
     if not any(step.responded for step in steps):
         what = "stem" if signal == "mv" else "flow"
-        return (*lines, f"S, deadband and resolution: the {what} never responded. Step further.")
+        return (*lines, f"S, deadband and resolution: the {what} never responded. Use larger steps.")
     if not turned:
         lines.append(
-            "S and deadband: no reversal with a response before and after it. Step up and down, further than S."
+            "S and deadband: no reversal with a response before and after it. Use steps up and down that are larger "
+            "than S."
         )
     elif all(r.reading <= r.step * 1.001 for r in turned):
         finest = min(r.step for r in turned)
         lines.append(f"S below {finest:.3g} %: every reversal {_first_step_text(steps, finest)}")
     if not onwards:
-        lines.append("resolution: no two responses in the same direction. Step further.")
+        lines.append("resolution: no two responses in the same direction. Use larger steps.")
     elif all(r.reading <= r.step * 1.001 for r in onwards):
         finest = min(r.step for r in onwards)
         lines.append(f"resolution below {finest:.3g} %: every move onwards {_first_step_text(steps, finest)}")

@@ -121,7 +121,10 @@ def test_a_fault_that_may_pass_asks_the_page_to_try_again(fault: Exception) -> N
 )
 def test_a_message_that_is_no_question_is_refused_and_the_socket_stays(message: str) -> None:
     sent = talk([message, question("trend", 7)], 2, Pool(), Pool())
-    assert sent == [{"kind": "", "id": 0, "error": "The server did not understand the question."}, b"answer 7"]
+    assert sent == [
+        {"kind": "", "id": 0, "error": "The server could not read the request; load the page again."},
+        b"answer 7",
+    ]
 
 
 def test_a_value_that_was_taken_is_not_given_again() -> None:

@@ -133,7 +133,7 @@ def test_a_number_outside_its_limits_is_refused(name: str) -> None:
     ("values", "words"),
     [
         ({"model": "ideal"}, "use one of stenman"),
-        ({"Q": 1}, "no setting of the textbook"),
+        ({"Q": 1}, "not a setting of the textbook"),
         ({"S": "x"}, "must be a number"),
     ],
 )

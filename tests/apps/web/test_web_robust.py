@@ -49,7 +49,7 @@ def test_port_can_be_chosen_and_a_taken_one_is_named(serve, capsys):
     [
         (["--port", "70000"], 2, "between 1 and 65535"),
         (["no-such-file.csv"], 3, "no such file"),
-        (["empty"], 3, "is no audit"),
+        (["empty"], 3, "is not an audit"),
         (["nothing-*.csv"], 3, "no file matches"),
         (["--prot", "1"], 2, "--prot"),
     ],
@@ -70,8 +70,8 @@ def test_bad_arguments_end_with_a_message(tmp_path, monkeypatch, capsys, argumen
         ({"audit.toml": 'format = 99\nversion = "9.9"\n'}, ["is an audit of format 99", "stiction 9.9", "new audit"]),
         ({"audit.toml": "not = [toml"}, ["cannot be read", "start a new audit"]),
         ({"audit.toml": f'format = 1\nversion = "{st.__version__}"\n'}, ["ledger.sqlite", "is missing"]),
-        ({"june/audit.toml": "format = 1"}, ["is no audit", "june"]),
-        ({"report.html": "<!doctype html><p>S"}, ["is no audit", "report.html: is an HTML page"]),
+        ({"june/audit.toml": "format = 1"}, ["is not an audit", "june"]),
+        ({"report.html": "<!doctype html><p>S"}, ["is not an audit", "report.html: is an HTML page"]),
     ],
 )
 def test_folder_that_cannot_be_served_is_refused(tmp_path, capsys, files, words):
@@ -100,7 +100,7 @@ def test_the_printed_address_listens(web_assets, tmp_path):
 def test_without_the_extra_the_pip_line_is_told(monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, "starlette", None)
     assert main(["serve", "--no-open"]) == 3
-    assert "pip install 'stiction[web]'" in capsys.readouterr().err
+    assert 'pip install "stiction[web]"' in capsys.readouterr().err
 
 
 def test_without_the_plot_library_the_command_is_named(monkeypatch, capsys, tmp_path):

@@ -226,7 +226,7 @@ def test_number_of_uploads_is_limited(tmp_path):
     uploads = Uploads(tmp_path, max_files=2)
     for _ in range(2):
         run_apart(uploads.receive(Request(), "a.csv"))
-    with pytest.raises(HTTPException, match="2 files are the limit"):
+    with pytest.raises(HTTPException, match="At most 2 files can be uploaded"):
         run_apart(uploads.receive(Request(), "a.csv"))
 
 

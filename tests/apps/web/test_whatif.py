@@ -120,12 +120,12 @@ def test_a_number_outside_its_limits_is_refused_with_both_limits(name: str, side
     [
         ({"S": "wide"}, "must be a number in % of span"),
         ({"S": "nan"}, "must be a number"),
-        ({"Q": 1.0}, "'Q' is no setting of the what-if screen"),
+        ({"Q": 1.0}, "'Q' is not a setting of the what-if screen"),
         ({"model": "magic"}, "use one of kano"),
         ({"compensator": "magic"}, "use one of none"),
         ({"dt": 0.001, "duration": 1000.0}, "at most 20 s are simulated"),
         ({"dt": 0.01, "duration": 100.0, "dead_time": 3000.0}, "longer than 200,000 samples"),
-        ({"duration": 5.0}, "less than 10 samples"),
+        ({"duration": 5.0}, "shorter than 10 samples"),
         ({"op_low": 60.0, "op_high": 40.0}, "raise the upper one"),
     ],
 )
@@ -239,7 +239,7 @@ def test_an_impossible_identification_starts_from_usual_values_and_is_said() -> 
     wild = replace(diagnosis.identification, linear=replace(diagnosis.identification.linear, gain=3e14))
     start = start_from_diagnosis(replace(diagnosis, identification=wild))
     assert start.settings.gain == WhatIfSettings().gain
-    assert start.remarks[0].startswith("What was identified cannot be simulated: Process gain = 3e+14")
+    assert start.remarks[0].startswith("The identified loop cannot be simulated: Process gain = 3e+14")
 
 
 def test_an_unstable_identification_is_said() -> None:

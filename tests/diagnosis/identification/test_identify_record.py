@@ -99,8 +99,8 @@ def test_a_record_that_cannot_be_identified_is_named(record, take, change, messa
     ("arguments", "message"),
     [
         ({"model": "lugre"}, "'three_parameter'"),
-        ({"period": -3.0}, "not a period"),
-        ({"period": np.nan}, "not a period"),
+        ({"period": -3.0}, "not positive"),
+        ({"period": np.nan}, "not positive"),
         ({"period": 2.0}, "shorter than 4 samples"),
     ],
 )

@@ -89,14 +89,6 @@ def test_the_true_valve_costs_least():
     assert cost[0] < min(cost[1:]) - 100.0
 
 
-def test_half_cycles_end_with_the_record_and_share_the_whole_error():
-    regression = build_regression(*record(), 1, 38.0)
-    residual = regression.residuals(regression.positions(VALVES))
-    parts = regression.by_half_cycle(residual)
-    assert regression.half_cycles[-1] == regression.n_predicted
-    np.testing.assert_allclose(parts.sum(axis=1), (residual**2).sum(axis=1))
-
-
 def test_a_resting_valve_costs_as_much_as_none():
     regression = build_regression(*record(), 1, 38.0)
     still = regression.cost_of_positions(np.full((1, regression.pv.size), 50.0))[0]

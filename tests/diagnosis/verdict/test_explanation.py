@@ -43,11 +43,12 @@ def test_the_verdict_and_the_closest_alternative(probability, start):
     assert found.reason.startswith(start)
     assert found.strongest_alternative == ("relay_load", 80.0)
     other = f"The closest other explanation, {ALTERNATIVE_TEXT['relay_load']}, fits"
-    assert f"{other} worse (2 ln of the likelihood ratio: 80)" in found.reason
+    assert f"{other} worse." in found.reason
 
 
 @pytest.mark.parametrize(
-    ("ratio", "fits"), [(-129.0, "fits better (2 ln of the likelihood ratio: 129)."), (0.0, "fits as well.")]
+    ("ratio", "fits"),
+    [(-129.0, "fits better."), (-1.9, "fits about as well."), (1.9, "fits about as well."), (2.1, "fits worse.")],
 )
 def test_a_better_or_equal_explanation_is_called_so(ratio, fits):
     found = make_diagnosis(0.02, identification=make_identification(likelihood_ratios={"good": ratio}))

@@ -60,7 +60,7 @@ def test_prior_by_bayes_rule(prior):
 
 @pytest.mark.parametrize("prior", [0.0, 1.0, -0.1, 1.5, math.nan])
 def test_a_prior_out_of_range_is_an_error(prior):
-    with pytest.raises(st.ParameterError, match="between 0 and 1"):
+    with pytest.raises(st.ParameterError, match="above 0 and below 1"):
         TWO_TREES.probability({}, prior)
 
 

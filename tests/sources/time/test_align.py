@@ -113,7 +113,9 @@ def test_of_two_values_at_one_moment_the_last_counts():
     op = series("OP", [*range(50), *range(49, N)], [*range(50), 99.0, *range(50, N)])
     aligned = align_tags([series("PV", np.arange(N)), op])
     assert aligned.values[1][49] == 99.0
-    assert any("1 value of OP with the time stamp of the next, which is another" in note for note in aligned.notes)
+    assert any(
+        "1 value of OP with the same time stamp as the next value, which differs" in note for note in aligned.notes
+    )
 
 
 def test_rounded_stamps_of_each_tag_are_spread():

@@ -51,7 +51,7 @@ def test_each_row_stands_at_its_sample(dt, lost, jitter, start):
 def test_gaps_are_counted():
     grid = grid_of(10.0 * np.r_[0:50, 57:120])
     assert np.flatnonzero(grid.source_row < 0).tolist() == list(range(50, 57))
-    assert grid.notes == ["Missing: 7 samples in 1 gap of the time stamps (left as NaN)."]
+    assert grid.notes == ["Missing: 7 samples in 1 gap of the time stamps (not filled)."]
 
 
 def test_newest_first_unsorted_and_repeated_rows():
@@ -61,7 +61,7 @@ def test_newest_first_unsorted_and_repeated_rows():
     assert (grid.clock_jumps, order[grid.source_row].tolist()) == (1, K.tolist())
     grid = grid_of(np.insert(K, 30, 29))
     assert len(grid.source_row) == N
-    assert grid.notes == ["Left out: 1 row with the time stamp of the next, 1 row of them with other values."]
+    assert grid.notes == ["Left out: 1 row with the same time stamp as the next row, 1 row of them with other values."]
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -80,7 +80,7 @@ def test_uneven_stamps_are_held(seed):
     for k, row in enumerate(grid.source_row):  # the last row at or before each moment, found the slow way
         moment = t[0] + k * grid.dt
         assert row == max(i for i in range(300) if t[i] <= moment + 1e-6)
-    assert "each value is held until the next" in grid.notes[0]
+    assert "each value is used until the next one" in grid.notes[0]
 
 
 def test_a_value_of_uneven_stamps_is_held_for_ten_periods():
@@ -120,7 +120,7 @@ def test_rounded_serial_days_keep_their_gaps(seconds, lost, gap):
 
 def test_rounded_stamps_that_tell_no_period_are_refused_and_dt_cures_it():
     t = np.floor(np.cumsum(np.random.default_rng(2).uniform(5, 40, 120)) / 60.0) * 60.0
-    with pytest.raises(RecordError, match=r"of 120 rows have the time stamp .* are rounded; .* dt in seconds"):
+    with pytest.raises(RecordError, match=r"of 120 rows have the same time stamp .* are rounded; .* dt in seconds"):
         grid_of(t)
     grid = grid_of(t, dt=20.0)
     assert (grid.dt, grid.source_row.tolist()) == (20.0, list(range(120)))
@@ -132,7 +132,9 @@ def test_a_tenth_of_the_rows_may_share_a_stamp_and_differ(shared):
     if shared == 20:
         assert len(grid_of(t).source_row) == 180
     else:
-        with pytest.raises(RecordError, match="21 of 200 rows have the time stamp of the next and other values"):
+        with pytest.raises(
+            RecordError, match="21 of 200 rows have the same time stamp as the next row but other values"
+        ):
             grid_of(t)
 
 
@@ -141,7 +143,7 @@ def test_rows_that_a_file_has_twice_are_read_once():
     assert (grid.dt, grid.source_row.tolist()) == (1.0, (2 * K + 1).tolist())
     pasted = grid_of(np.tile(K, 2), values=np.tile(K, 2))
     assert (pasted.dt, (pasted.source_row % N).tolist()) == (1.0, K.tolist())
-    with pytest.raises(RecordError, match=r"one elsewhere in the file .* where two exports stand one below"):
+    with pytest.raises(RecordError, match=r"have the same time stamp as another row .* two exports one below"):
         grid_of(np.tile(K, 2), values=np.arange(2 * N))
 
 

@@ -90,7 +90,7 @@ def test_zones_become_utc(form, zone, hours, since_1970):
 def test_a_zone_by_its_name_is_a_wall_clock_with_a_note(since_1970):
     found = parse_text_stamps(pl.Series(["Sun Feb 01 13:00:05 CET 2026"]))
     assert (found.kind, found.seconds[0]) == ("local", since_1970(START))
-    assert "zone CET is not looked up" in found.notes[0]
+    assert "time zone CET is not known" in found.notes[0]
     found = parse_text_stamps(pl.Series(["Sun Feb 01 13:00:05 UTC 2026"]))
     assert (found.kind, found.notes) == ("utc", [])
 
@@ -98,7 +98,7 @@ def test_a_zone_by_its_name_is_a_wall_clock_with_a_note(since_1970):
 def test_stamps_without_a_zone_among_others_count_as_utc():
     found = parse_text_stamps(pl.Series(["2026-02-01T13:00:05Z", "2026-02-01T13:00:06", "2026-02-01T13:00:07+00:00"]))
     assert np.diff(found.seconds).tolist() == [1.0, 1.0]
-    assert found.notes == ["2 of 3 stamps carry a zone; the others are taken as UTC."]
+    assert found.notes == ["2 of 3 stamps have a time zone; the others are taken as UTC."]
 
 
 MONTHS = {
@@ -186,7 +186,7 @@ def test_the_other_dates_tell_the_order_of_day_and_month(since_1970):
         cells = [(late + timedelta(minutes=k)).strftime(form) for k in range(2900)]
         found = parse_text_stamps(pl.Series(cells))
         assert (found.seconds[0], set(np.diff(found.seconds))) == (since_1970(late), {60.0}), form
-        assert "the days then follow each other" in found.notes[0]
+        assert "because the days are then in order" in found.notes[0]
     for form in ("%d/%m/%y %H:%M:%S", "%m/%d/%y %H:%M:%S"):
         found = parse_text_stamps(pl.Series([datetime(2026, 2, 25, 1).strftime(form)] * 3))
         assert found.seconds[0] == since_1970(datetime(2026, 2, 25, 1))
@@ -196,9 +196,9 @@ def test_the_other_dates_tell_the_order_of_day_and_month(since_1970):
 @pytest.mark.parametrize(
     ("cell", "start", "note"),
     [
-        ("01/02/2026 10:00:00", datetime(2026, 2, 1, 10), "day before month (nothing in the file tells)"),
-        ("2/1/2026 10:00:00 AM", datetime(2026, 2, 1, 10), "month before day (as AM and PM are American)"),
-        ("26/02/01 10:00:00", datetime(2026, 2, 1, 10), "year, month, day (the year is then a likely one)"),
+        ("01/02/2026 10:00:00", datetime(2026, 2, 1, 10), "day before month (nothing in the file shows the order)"),
+        ("2/1/2026 10:00:00 AM", datetime(2026, 2, 1, 10), "month before day (because AM and PM are usual in America)"),
+        ("26/02/01 10:00:00", datetime(2026, 2, 1, 10), "year, month, day (because the year is then plausible)"),
         ("01/02/98 10:00:00", datetime(1998, 2, 1, 10), "day before month"),
     ],
 )

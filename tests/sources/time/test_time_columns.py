@@ -120,14 +120,17 @@ def test_a_column_that_the_user_names(table):
     header = ["Tick", "PV"]
     for column in ("Tick", "tick", "0", 0):
         assert positions(table, header, cells(str), VALUES, columns={"time": column}) == ((0,), None)
-    with pytest.raises(RecordError, match=r"has no column 'When' for TIME; its columns are Tick, PV"):
+    with pytest.raises(RecordError, match=r"has no column 'When' for the time; its columns are Tick, PV"):
         positions(table, header, cells(str), VALUES, columns={"time": "When"})
-    with pytest.raises(RecordError, match="has no column 7 for TIME; they are numbered 0 to 1"):
+    with pytest.raises(RecordError, match="has no column 7 for the time; they are numbered 0 to 1"):
         positions(table, header, cells(str), VALUES, columns={"time": 7})
 
 
 def test_the_error_names_a_column_that_may_be_the_time(table):
-    text = r"no column is known as time; if 'Tick' is, say so with columns=\{'time': 'Tick'\}, or give .* dt in seconds"
+    text = (
+        r"no column was recognised as the time; if it is 'Tick', name it with columns=\{'time': 'Tick'\}, "
+        r"or give .* dt in seconds"
+    )
     for column in ([str(k) for k in range(N)], [str(-k) for k in range(N)], cells(str)):
         made = table(["PV", "Tick"], VALUES, column)
         with pytest.raises(RecordError, match=text):

@@ -23,10 +23,10 @@ from stiction.apps.web import (
     uploads,
     whatif_routes,
 )
-from stiction.apps.web.bodies import read_json, without_folders
+from stiction.apps.web.bodies import read_json
 from stiction.apps.web.guard import Guard
 from stiction.apps.web.static_files import static_folder
-from stiction.apps.web.worker_process import TimeLimitError
+from stiction.apps.web.worker_process import TimeLimitError, WorkerLostError
 from stiction.apps.web.workers import Workers
 from stiction.errors import StictionError
 
@@ -125,7 +125,8 @@ async def _session(request: Request) -> Response:
 
 
 def _refuse(_: Request, error: Exception) -> Response:
-    return JSONResponse({"error": without_folders(str(error))}, 422)
+    assert isinstance(error, StictionError)
+    return JSONResponse({"error": error.text(where=error.file_name)}, 422)
 
 
 def _http_error(_: Request, error: Exception) -> Response:
@@ -135,4 +136,7 @@ def _http_error(_: Request, error: Exception) -> Response:
 
 def _server_error(_: Request, error: Exception) -> Response:
     print(f"stiction: {type(error).__name__}: {error}", file=sys.stderr)
-    return JSONResponse({"error": without_folders(str(error))}, 500)
+    message = "An error in the program; please report it with the lines that stiction serve printed."
+    if isinstance(error, (TimeLimitError, WorkerLostError)):
+        message = str(error)
+    return JSONResponse({"error": message}, 500)

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import json
-import os
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stiction.apps.web.audit_files import load_audit, tag_of_loop
-from stiction.apps.web.bodies import without_folders
 from stiction.apps.web.diagnose_loop import OPTIONS_FILE, loop_content
 from stiction.errors import StictionError
 
@@ -36,6 +34,8 @@ def prepare_audit_loop(folder: str, key: int, target: str) -> None:
     target : str
         Folder for `content.json` and `signals.npz`.
     """
+    from stiction.records.atomic_write import write_atomically
+
     audit = load_audit(folder)
     tag = tag_of_loop(folder, key)
     row = audit.row(tag)
@@ -44,16 +44,14 @@ def prepare_audit_loop(folder: str, key: int, target: str) -> None:
     try:
         record = audit.read(tag)
     except (StictionError, OSError) as error:
-        source = f"because {row['source']} cannot be read: {without_folders(str(error))}"
+        reason = error.text(where=error.file_name) if isinstance(error, StictionError) else error.strerror
         content = _content_of_row(row) | {"pvop": None}
-        _write_means(audit, tag, place, f"block means of the audit, {source}")
+        _write_means(audit, tag, place, f"because {row['source']} cannot be read: {reason}")
     else:
         note = "raw samples of the source" + _change_note(audit, tag, row, record)
         content = _diagnose(audit, row, record)
         _write_signals(record, content.pop("arrays"), place, note)
-    draft = place / "content.json.part"
-    draft.write_text(json.dumps(content, allow_nan=False), encoding="utf-8")
-    os.replace(draft, place / "content.json")
+    write_atomically(json.dumps(content, allow_nan=False), place / "content.json")
 
 
 def write_audit_record(folder: str, key: int, path: str) -> None:
@@ -138,7 +136,7 @@ def _change_note(audit: Audit, tag: str, row: dict[str, Any], record: LoopRecord
     times = [Path(name).stat().st_mtime for name in audit.source_of(tag).part.names if Path(name).is_file()]
     is_newer = started and times and max(times) > datetime.fromisoformat(started).timestamp()
     if is_newer or (row["samples"] is not None and row["samples"] != len(record)):
-        return f" ({row['source']} was changed after the audit; run it again)"
+        return f" ({row['source']} was changed after the audit; run the audit again)"
     return ""
 
 
@@ -148,8 +146,8 @@ def _write_signals(record: LoopRecord, arrays: dict[str, NDArray[np.float64]], p
     save_signals(place / "signals.npz", record, arrays, note)
 
 
-def _write_means(audit: Audit, tag: str, place: Path, note: str) -> None:
-    """Write the block means as signals; the PV is known as its distance from the set point alone."""
+def _write_means(audit: Audit, tag: str, place: Path, why: str) -> None:
+    """Write the block means as signals, and why; only the distance of the PV from the set point is known."""
     import numpy as np
 
     from stiction.apps.web.trend_data import save_signals
@@ -159,8 +157,9 @@ def _write_means(audit: Audit, tag: str, place: Path, note: str) -> None:
     if means is None:
         nothing = np.full(2, np.nan)
         record = LoopRecord(tag, 1.0, op=nothing, pv=nothing)
-        note = note.replace("block means of the audit", "nothing is stored")
+        note = f"no signals are stored, {why}"
     else:
+        note = f"block means of the audit, {why}"
         n = max(means.error.size, means.op.size)
         op, pv = (_whole(x, n) for x in (means.op, -means.error))
         record = LoopRecord(tag, means.clock.dt, op, pv, start=means.clock.start)

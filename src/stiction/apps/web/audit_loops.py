@@ -36,7 +36,7 @@ _numbers: Iterator[int] = count(1)
 class AuditLoops:
     """An audit that the command line named; nothing but `labels.csv` is written into its folder."""
 
-    notes_remark = "Notes are kept in labels.csv in the folder of the audit."
+    notes_remark = "Notes are stored in labels.csv in the folder of the audit."
 
     def __init__(self, folder: Path, cache: Path) -> None:
         self.id = f"audit{next(_numbers)}"
@@ -130,7 +130,7 @@ class AuditLoops:
         lines = (await process.stderr.read()).decode(errors="replace").strip().splitlines()
         self._process = None
         if lines:
-            raise HTTPException(409, f"The audit did not go on: {lines[-1]}")
+            raise HTTPException(409, f"The audit could not be continued: {lines[-1]}")
 
     def progress(self) -> dict[str, Any]:
         """Whether the audit goes on; the rows tell how far it is."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 from typing import TYPE_CHECKING, Any
 
 from starlette.exceptions import HTTPException
@@ -12,7 +11,7 @@ from starlette.responses import Response
 if TYPE_CHECKING:
     from starlette.requests import Request
 
-__all__ = ["json_bytes", "read_json", "without_folders"]
+__all__ = ["json_bytes", "read_json"]
 
 MAX_JSON_BYTES = 2_000_000
 """Size of a JSON body above which it is refused [bytes]."""
@@ -34,25 +33,12 @@ async def read_json(request: Request, max_bytes: int = MAX_JSON_BYTES) -> dict[s
     try:
         value = json.loads(bytes(body))
     except ValueError:
-        raise HTTPException(400, "The request is no valid JSON.") from None
+        raise HTTPException(400, "The request is not valid JSON; load the page again.") from None
     if not isinstance(value, dict):
-        raise HTTPException(400, "The request is no JSON object.")
+        raise HTTPException(400, "The request is not a JSON object; load the page again.")
     return value
 
 
 def json_bytes(body: bytes) -> Response:
     """Return an answer whose JSON text a worker has written."""
     return Response(body, media_type="application/json")
-
-
-def without_folders(message: str) -> str:
-    """Return a message in which files stand without their folders.
-
-    Examples
-    --------
-    >>> without_folders("/data/plant/audit: is an audit of format 9.")
-    'audit: is an audit of format 9.'
-    >>> without_folders("PV of UNIT1/FIC/101 in m3/h")
-    'PV of UNIT1/FIC/101 in m3/h'
-    """
-    return re.sub(r"""(?<![^\s'"(])(?:[A-Za-z]:)?(?:[/\\][^/\\\s:]+)*[/\\]([^/\\\s:]+)""", r"\1", message)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -53,6 +52,7 @@ def diagnose_loop(record_path: str, folder: str) -> dict[str, Any]:
         The row of the table of loops.
     """
     from stiction.apps.web.trend_data import save_signals
+    from stiction.records.atomic_write import write_atomically
     from stiction.report.loop_view import LoopView
 
     diagnosis = diagnose_file(record_path)
@@ -61,9 +61,7 @@ def diagnose_loop(record_path: str, folder: str) -> dict[str, Any]:
     target = Path(folder)
     target.mkdir(parents=True, exist_ok=True)
     save_signals(target / "signals.npz", diagnosis.record, {"model": view.model, "position": view.valve_position}, note)
-    draft = target / "content.json.part"
-    draft.write_text(json.dumps(loop_content(diagnosis), allow_nan=False), encoding="utf-8")
-    os.replace(draft, target / "content.json")
+    write_atomically(json.dumps(loop_content(diagnosis), allow_nan=False), target / "content.json")
     return loop_row(diagnosis)
 
 
@@ -177,7 +175,7 @@ def _contributions_sentence(diagnosis: Diagnosis) -> str:
     if not diagnosis.contributions:
         return ""
     return (
-        "A bar to the right speaks for stiction, a bar to the left against it. With a prior of "
+        "A bar to the right is evidence for stiction, a bar to the left evidence against it. With a prior of "
         f"{labels.format_probability(diagnosis.prior)} and the average of all loops "
         f"({diagnosis.average_log_odds:+.2f}) they give a probability of stiction of "
         f"{labels.format_probability(diagnosis.probability)}."

@@ -56,7 +56,9 @@ def export_table(kind: str, columns: Sequence[dict[str, str]], rows: Sequence[Se
         cells = [row[k] for row in rows]
         if column.get("type") == "number":
             if any(not isinstance(cell, (int, float, type(None))) for cell in cells):
-                raise ParameterError(f"The column {column.get('name')} holds a text among its numbers.")
+                raise ParameterError(
+                    f"The column {column.get('name')} contains a text among its numbers; load the page again."
+                )
             series.append(pl.Series(str(column["name"]), cells, dtype=pl.Float64, strict=False))
         else:
             texts = [None if cell is None else str(cell) for cell in cells]

@@ -70,7 +70,7 @@ def _number(request: Request, name: str) -> float | None:
     except ValueError:
         value = float("nan")
     if value is not None and not abs(value) < 1e15:
-        raise HTTPException(400, f"{name} is no number.")
+        raise HTTPException(400, f"{name} is not a number; load the page again.")
     return value
 
 

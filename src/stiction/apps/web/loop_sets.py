@@ -53,7 +53,7 @@ async def _rows(request: Request) -> Response:
     try:
         since = int(request.query_params.get("since", "0"))
     except ValueError:
-        raise HTTPException(400, "The version is no number.") from None
+        raise HTTPException(400, "The version is not a number; load the page again.") from None
     return json_bytes(await find_set(request).changes(request.app.state.workers, since))
 
 
@@ -61,7 +61,7 @@ async def _sparks(request: Request) -> Response:
     """Small trends of the rows in view."""
     texts = request.query_params.get("keys", "").split(",")[:MAX_SPARKS]
     if not all(text.isdecimal() for text in texts):
-        raise HTTPException(400, "The loops are no numbers.")
+        raise HTTPException(400, "The numbers of the loops cannot be read; load the page again.")
     loops = find_set(request)
     if not isinstance(loops, AuditLoops):
         return JSONResponse({"sparks": {}})

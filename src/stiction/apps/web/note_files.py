@@ -25,7 +25,7 @@ def write_note(folder: str, tag: str, texts: dict[str, str]) -> dict[str, Any]:
         append_label(folder, tag, texts["label"], texts["note"], texts["author"], seen=texts["newest_time"])
     except LabelConflictError as error:
         return {
-            "error": "Another note was saved after this page showed them. Nothing is lost: choose which one counts.",
+            "error": "Another note was saved after this page was loaded. Both notes are stored: choose the valid one.",
             "theirs": asdict(error.theirs),
             "yours": asdict(error.yours),
             "newest_time": error.theirs.time,

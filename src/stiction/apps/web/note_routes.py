@@ -46,7 +46,7 @@ async def _add(request: Request) -> Response:
 def _text(body: dict[str, Any], name: str) -> str:
     value = body.get(name, "")
     if not isinstance(value, str):
-        raise HTTPException(400, f"{name} is no text.")
+        raise HTTPException(400, f"{name} is not a text; load the page again.")
     return value.strip()
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -88,7 +87,8 @@ def read_files(
         answer["columns"] = columns
         answer |= _read(loops, target)
     except RecordError as error:
-        answer["error"] = _without_folders(error.text(page_text), [*(path for path, _ in files), chosen.get("map")])
+        of_map = "map" in chosen and error.where.startswith(chosen["map"])
+        answer["error"] = error.text(page_text, "Table of columns" if of_map else error.file_name)
         answer["columns"] = answer["columns"] or _columns_of(sources, options, max_bytes)
     return answer
 
@@ -217,14 +217,6 @@ def map_as_csv(rows: Sequence[dict[str, str]]) -> str:
 
 def _one_line(value: object) -> str:
     return " ".join(str(value).split())
-
-
-def _without_folders(message: str, paths: Sequence[str | None]) -> str:
-    """Return a message in which files are named without their folders."""
-    for path in paths:
-        if path is not None:
-            message = message.replace(str(Path(path).parent) + "/", "").replace(f"{path}: ", "")
-    return re.sub(r"^map\.csv, line (\d+): ", "Table of columns: ", message)
 
 
 def page_text(setting: Setting) -> str:

@@ -99,7 +99,7 @@ class Readings:
     def find(self, identity: str) -> Reading:
         """Return a drop by its id, or raise 404."""
         if identity not in self.all:
-            raise HTTPException(404, "These files are not there any more. Drop them again.")
+            raise HTTPException(404, "These files are no longer available. Drop them again.")
         return self.all[identity]
 
     async def _run(self, workers: Workers, reading: Reading) -> None:
@@ -121,7 +121,7 @@ class Readings:
         except (StictionError, WorkerLostError, TimeLimitError) as error:
             answer = {"error": str(error)}
         except Exception as error:
-            answer = {"error": f"a fault of the program, not yours ({error}); please report it."}
+            answer = {"error": f"an error in the program ({error}); please report it."}
         if answer.get("error") and rows is not None:  # the corrected columns stay on the page
             answer["columns"] = source.answer.get("columns", [])
         source.answer = answer
@@ -154,7 +154,7 @@ async def _start(request: Request) -> Response:
     workspace = request.app.state.workspace
     names = body.get("files")
     if not isinstance(names, list) or not names:
-        raise HTTPException(400, "No file was named.")
+        raise HTTPException(400, "No file was given. Drop a file.")
     files = [(str(one.path), one.name) for one in map(workspace.uploads.find, map(str, names))]
     reading = workspace.readings.start(request.app.state.workers, files, _options(body))
     return JSONResponse(reading.to_dict(), 201)
@@ -187,7 +187,7 @@ async def _correct(request: Request) -> Response:
     body = await read_json(request)
     rows = body.get("rows")
     if rows is not None and not (isinstance(rows, list) and all(isinstance(row, dict) for row in rows)):
-        raise HTTPException(400, "The table of columns is no list of rows.")
+        raise HTTPException(400, "The table of columns is not a list of rows; load the page again.")
     options = {**reading.options, **_options(body)}
     await readings.read(request.app.state.workers, source, options, rows)
     source.added = False
@@ -196,7 +196,7 @@ async def _correct(request: Request) -> Response:
 
 def _source(reading: Reading, number: int) -> Source:
     if not 0 <= number < len(reading.sources):
-        raise HTTPException(404, "This source is not there any more. Drop the file again.")
+        raise HTTPException(404, "This source is no longer available. Drop the file again.")
     return reading.sources[number]
 
 

@@ -101,7 +101,7 @@ class ScreenSettings:
         """
         types = {one.name: one.type for one in fields(cls)}
         if unknown := sorted(set(values) - set(types)):
-            raise ParameterError(f"{unknown[0]!r} is no setting of {cls.SCREEN}; use one of {', '.join(types)}.")
+            raise ParameterError(f"{unknown[0]!r} is not a setting of {cls.SCREEN}; use one of {', '.join(types)}.")
         given = dict(values)
         for name in given:
             if types[name] == "bool":

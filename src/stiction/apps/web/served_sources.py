@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
 import tomllib
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
@@ -83,7 +84,7 @@ def check_audit(folder: str) -> None:
     from stiction.fleet.folder import read_settings
 
     if not read_settings(Path(folder)).get("ledger") and not (Path(folder) / LEDGER_FILE).is_file():
-        raise RecordError(f"{folder}: {LEDGER_FILE}, the file with its results, is missing; run the audit again.")
+        raise RecordError(f"{LEDGER_FILE}, the file with its results, is missing; run the audit again.", where=folder)
     open_audit(folder)
 
 
@@ -95,10 +96,10 @@ def _list_files(source: str) -> list[tuple[str, str]]:
     if has_magic(source) and not path.exists():
         found = [Path(one) for one in sorted(glob(source, recursive=True)) if Path(one).is_file()]
         if not found:
-            raise RecordError(f"{source}: no file matches this pattern; check the folder and the spelling.")
+            raise RecordError("no file matches this pattern; check the folder and the spelling.", where=source)
         return [(str(one.resolve()), one.name) for one in found]
     if not path.is_file():
-        raise RecordError(f"{source}: there is no such file or folder; check the name.")
+        raise RecordError("there is no such file or folder; check the name.", where=source)
     return [(str(path.resolve()), path.name)]
 
 
@@ -111,11 +112,12 @@ def _list_folder(folder: Path) -> list[tuple[str, str]]:
         audits = sorted(str(one.parent) for one in folder.glob(f"*/{AUDIT_FILE}"))
         if audits:
             raise RecordError(
-                f"{folder}: is no audit (it has no {AUDIT_FILE}); name one of the audits in it, such as {audits[0]}."
+                f"is not an audit (it has no {AUDIT_FILE}); give one of the audits in it, such as {audits[0]}.",
+                where=folder,
             )
         if not inside:
             raise RecordError(
-                f"{folder}: is no audit (it has no {AUDIT_FILE}) and holds no files; name another folder."
+                f"is not an audit (it has no {AUDIT_FILE}) and contains no files; give another folder.", where=folder
             )
         _call_apart(check_files, str(folder), [str(one) for one in inside])
     return [(str(one.resolve()), one.name) for one in inside]
@@ -132,13 +134,14 @@ def check_files(folder: str, paths: Sequence[str]) -> None:
         try:
             files = open_files(path, ReadOptions())
         except RecordError as error:
-            reasons.append(str(error).removeprefix(f"{folder}/").rstrip("."))
+            reasons.append(error.text(where=os.path.relpath(error.where, folder)))
         else:
             if any(page.recognises(one.head, one.origin.name) for one in files for page in FORMATS):
                 return
     raise RecordError(
-        f"{folder}: is no audit (it has no {AUDIT_FILE}), and none of its files holds records "
-        f"({'; '.join(reasons[:MAX_NAMED]) or 'all are binary'}); name another folder."
+        f"is not an audit (it has no {AUDIT_FILE}), and no record was found in its files; give another folder. "
+        f"The reasons: {' '.join(reasons[:MAX_NAMED]) or 'all files are binary.'}",
+        where=folder,
     )
 
 

@@ -33,7 +33,7 @@ class SessionLoops:
 
     id = "session"
     name = "Dropped files"
-    notes_remark = "Notes on dropped files last until the server ends. Notes on an audit stay in its folder."
+    notes_remark = "Notes on dropped files are lost when the server ends. Notes on an audit are stored in its folder."
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -54,7 +54,7 @@ class SessionLoops:
     def add(self, loops: list[dict[str, Any]]) -> list[int]:
         """Add the loops of a source that was read; return their keys."""
         if len(self.rows) + len(loops) > MAX_LOOPS:
-            raise HTTPException(413, f"{MAX_LOOPS} loops are the limit of one session; use stiction audit.")
+            raise HTTPException(413, f"A session has at most {MAX_LOOPS} loops; use stiction audit for more.")
         keys = []
         for loop in loops:
             key = len(self.rows)
@@ -154,7 +154,7 @@ class SessionLoops:
         except (StictionError, TimeLimitError) as error:
             return _failure("failed", str(error))
         except Exception as error:
-            return _failure("failed", f"a fault of the program, not yours ({error}); please report it.")
+            return _failure("failed", f"an error in the program ({error}); please report it.")
 
     async def changes(self, workers: Workers, since: int) -> bytes:
         """Rows that changed after a version, and the progress, as JSON."""

@@ -63,7 +63,9 @@ async def answer_questions(socket: WebSocket) -> None:
         while True:
             question = _parse_question(await socket.receive_text())
             if question is None or question["kind"] not in places:
-                await socket.send_json({"kind": "", "id": 0, "error": "The server did not understand the question."})
+                await socket.send_json(
+                    {"kind": "", "id": 0, "error": "The server could not read the request; load the page again."}
+                )
             else:
                 places[question["kind"]].put(question)
     except WebSocketDisconnect:

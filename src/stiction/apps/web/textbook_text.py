@@ -34,7 +34,7 @@ def describe_ramp(position: NDArray[np.float64]) -> str:
     from stiction.paper.fig2 import find_slips
 
     if position[-1] == position[0]:
-        return "The stem does not move: the ramp is smaller than what breaks it loose."
+        return "The stem does not move: the ramp is too small to overcome the static friction."
     starts, slips = find_slips(position)
     first = position[starts[0] + 1] - position[starts[0]]
     if slips.size > 1:

@@ -67,7 +67,7 @@ class Uploads:
             413 when a limit is exceeded, 400 when the body is cut off or empty, 507 when the disk is full.
         """
         if len(self.files) + len(self._arriving) >= self.max_files:
-            raise HTTPException(413, f"{self.max_files} files are the limit. Pack them into a zip archive.")
+            raise HTTPException(413, f"At most {self.max_files} files can be uploaded. Pack them into a zip archive.")
         identity = str(next(self._numbers))
         draft, path = self.folder / f"{identity}.part", self.folder / identity
         self._arriving[identity] = 0
@@ -119,7 +119,7 @@ class Uploads:
             404 when there is none.
         """
         if identity not in self.files:
-            raise HTTPException(404, "This file is not there any more. Upload it again.")
+            raise HTTPException(404, "This file is no longer available. Upload it again.")
         return self.files[identity]
 
 

@@ -112,7 +112,7 @@ class WhatIfSettings(ScreenSettings):
             )
         if self.duration < 10.0 * self.dt:
             raise ParameterError(
-                f"The time shown, {self.duration:g} s, holds less than 10 samples of {self.dt:g} s: lengthen it."
+                f"The time shown, {self.duration:g} s, is shorter than 10 samples of {self.dt:g} s: lengthen it."
             )
 
     @staticmethod
@@ -167,7 +167,9 @@ class WhatIfSettings(ScreenSettings):
         from stiction import models
 
         if self.S <= 0.0:
-            raise ParameterError("S = 0: a compensator takes its settings from S. Raise S, or choose no compensator.")
+            raise ParameterError(
+                "S = 0, but the settings of a compensator are computed from S. Raise S, or choose no compensator."
+            )
         # Of an integrating process: what it makes of 1 % in the time in which the controller answers.
         gain = self.gain * (self.Ti + self.dead_time) if self.integrating else self.gain
         kind = getattr(models, self.compensator)
@@ -185,7 +187,7 @@ class WhatIfSettings(ScreenSettings):
         from stiction.models import FOPDT, SOPDT, Integrating, Loop
 
         if self.gain == 0.0:
-            raise ParameterError("The process gain is 0: PV would not answer the valve. Give another gain.")
+            raise ParameterError("The process gain is 0: PV would not respond to the valve. Give another gain.")
         if self.integrating:
             process = Integrating(self.gain, self.dead_time, self.tau)
         elif self.lag > 0.0:

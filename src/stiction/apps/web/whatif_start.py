@@ -71,8 +71,10 @@ def start_from_diagnosis(diagnosis: Diagnosis, *, width: int = 1600) -> WhatIfSt
     segment = analysed_segment(diagnosis)
     if segment.pv is None or len(segment) < SHORTEST_RECORD_SAMPLES:
         raise RecordError(
-            f"{diagnosis.record.tag}: {len(segment)} samples of PV and OP are left to simulate; record at least "
-            f"{SHORTEST_RECORD_SAMPLES}."
+            f"{len(segment)} samples of PV and OP can be used, too few to simulate; record at "
+            "least "
+            f"{SHORTEST_RECORD_SAMPLES}.",
+            where=diagnosis.record.tag,
         )
     oscillation = diagnosis.oscillation
     known = np.isfinite(oscillation.period) and oscillation.period > 0.0
@@ -90,7 +92,7 @@ def start_from_diagnosis(diagnosis: Diagnosis, *, width: int = 1600) -> WhatIfSt
         settings = _make_settings({**base, **found})
     except ParameterError as error:
         settings = _make_settings({**base, "model": "ideal"})
-        remarks = [f"What was identified cannot be simulated: {error} The values shown are usual ones."]
+        remarks = [f"The identified loop cannot be simulated: {error} The values shown are typical values."]
     return WhatIfStart(
         settings,
         (*remarks, *_find_doubts(settings)),
@@ -108,7 +110,7 @@ def _find_doubts(settings: WhatIfSettings) -> list[str]:
     if not is_unstable(settings.loop):
         return []
     return [
-        "The loop as identified is unstable even with a good valve, which the record is not. Enter your process and "
+        "The identified loop is unstable even with a good valve, but the record is stable. Enter your process and "
         "controller, or lower the process gain."
     ]
 

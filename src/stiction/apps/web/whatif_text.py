@@ -52,7 +52,7 @@ def describe_trend(
     if at_limit > 0.999:
         end = settings.op_high if op[-1] >= settings.op_high else settings.op_low
         return (
-            f"OP stays at its limit of {end:g} %, so that the loop does not control. Check the sign of the controller "
+            f"OP stays at its limit of {end:g} %, so PV is not controlled. Check the sign of the controller "
             "gain against that of the process."
         )
     if op_swing.amplitude <= REST_AMPLITUDE + 4.0 * settings.noise * abs(settings.Kc):

@@ -45,7 +45,8 @@ def values_from_diagnosis(diagnosis: Diagnosis) -> tuple[dict[str, Any], list[st
     if found.get("Kc", 0.0) * found.get("gain", 0.0) < 0.0:
         found["gain"] = -found["gain"]
         remarks.append(
-            "The process gain found has the wrong sign for the controller found, so its sign was changed. Enter your "
+            "The identified process gain has the wrong sign for the identified controller, so its sign was changed. "
+            "Enter your "
             "process gain if you know it."
         )
     return found, remarks
@@ -91,7 +92,7 @@ def _of_identification(diagnosis: Diagnosis) -> tuple[dict[str, Any], list[str]]
     """Settings of what was identified, and what is missing."""
     found, controller = diagnosis.identification, diagnosis.controller
     if found is None:
-        return {"model": "ideal"}, ["No valve and no process were identified: the values shown are usual ones."]
+        return {"model": "ideal"}, ["No valve and no process were identified: the values shown are typical values."]
     good = diagnosis.verdict == "no_stiction"
     process = found.linear if good else found.process
     remarks = ["The verdict is no stiction, so the simulated loop starts with a good valve."] if good else []
@@ -110,7 +111,7 @@ def _of_identification(diagnosis: Diagnosis) -> tuple[dict[str, Any], list[str]]
     else:
         settings |= _usual_controller(settings)
         remarks.append(
-            "No controller was found in the record: Kc and Ti are usual values for this process. Enter yours."
+            "No controller was found in the record: Kc and Ti are typical values for this process. Enter your values."
         )
     return settings, remarks
 

@@ -52,12 +52,12 @@ def damarla_regression(record: LoopRecord, oscillation: Oscillation) -> Evidence
         stuck = stuck_windows(op, error)
     limit = CHANCE + 3.0 * float(np.sqrt(CHANCE * (1.0 - CHANCE) / max(windows, 1)))
     why = (
-        f"OP slopes {ETA:.0f} times as steeply as PV, both by their own deviation, in {stuck:.0%} of {windows} "
-        f"windows; unrelated signals of one spectrum do in {CHANCE:.0%}."
+        f"OP is {ETA:.0f} times as steep as PV, each relative to its deviation, in {100.0 * stuck:.0f} % of {windows} "
+        f"windows; for unrelated signals with the same spectrum in {100.0 * CHANCE:.0f} %."
     )
     against = objections(record, oscillation, integrating=False, cycles=0.0)
     if windows < 30:
-        against.append(f"only {windows} windows, 30 are needed")
+        against.append(f"it has {windows} windows, 30 are needed")
     return judge("damarla_regression", stuck, limit, CHANCE, why, against, source="damarla2022")
 
 

@@ -120,16 +120,16 @@ def objections(
         if not oscillation.oscillating:
             found.append("no oscillation was found")
         elif oscillation.cycles < cycles:
-            found.append(f"only {oscillation.cycles:.1f} periods, {cycles:.0f} are needed")
+            found.append(f"the record has {oscillation.cycles:.1f} periods, {cycles:.0f} are needed")
         per_period = oscillation.period / record.dt
         if per_period < FEWEST_SAMPLES:
-            found.append(f"only {per_period:.1f} samples to a period, {FEWEST_SAMPLES:.0f} are needed")
+            found.append(f"a period has {per_period:.1f} samples, {FEWEST_SAMPLES:.0f} are needed")
     if loop_types and record.loop_type not in loop_types:
-        found.append(f"made for {' and '.join(loop_types)} loops, this one is {record.loop_type}")
+        found.append(f"the method is for {' and '.join(loop_types)} loops, the type of this loop is {record.loop_type}")
     elif integrating is not None and record.integrating is not integrating:
         made = "an integrating" if integrating else "a self-regulating"
-        other = "its type is unknown" if record.integrating is None else "this process is of the other kind"
-        found.append(f"made for {made} process, {other}")
+        other = "of unknown type" if record.integrating is None else "not of this type"
+        found.append(f"the method is for {made} process, this process is {other}")
     return found
 
 
@@ -156,24 +156,18 @@ def with_position(record: LoopRecord) -> tuple[LoopRecord, list[str]]:
     >>> op = np.arange(20.0)
     >>> part, lack = with_position(LoopRecord("FIC-101", 1.0, op=op, mv=np.where(op < 8.0, op, np.nan)))
     >>> len(part), lack
-    (8, ['the valve position is recorded for only 8 of 20 samples in a row, half are needed'])
+    (8, ['the valve position is recorded for at most 8 of 20 samples in a row, half are needed'])
     """
     if record.mv is None:
         return record, []
     first, last = max(runs(np.isfinite(fill_short_gaps(record.mv))), key=lambda run: run[1] - run[0], default=(0, 0))
     n = len(record)
-    few = f"the valve position is recorded for only {last - first} of {n} samples in a row, half are needed"
+    few = f"the valve position is recorded for at most {last - first} of {n} samples in a row, half are needed"
     return record.window(first, last), [few] if 2 * (last - first) < n else []
 
 
 def judge(
-    method: str,
-    index: float,
-    stiction: float,
-    no_stiction: float,
-    why: str,
-    against: Iterable[str],
-    source: str,
+    method: str, index: float, stiction: float, no_stiction: float, why: str, against: Iterable[str], source: str
 ) -> Evidence:
     """Write the row: stiction from `stiction` upward, no stiction from `no_stiction` downward, else undecided."""
     against = list(against)

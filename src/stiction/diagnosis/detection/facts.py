@@ -106,7 +106,7 @@ FACTS: dict[str, MethodFacts] = {
         damarla_regression,
         signals=("op", "pv"),
         holds_for=_SELF_REGULATING,
-        asks="How often does OP slope and PV not?",
+        asks="How often does OP have a slope and PV not?",
         rule="share of windows: stiction three standard errors above chance (0.126), none to chance",
         source="damarla2022",
     ),
@@ -123,7 +123,7 @@ FACTS: dict[str, MethodFacts] = {
         signals=("pv",),
         holds_for="any process",
         asks="Is anything in the loop nonlinear?",
-        rule="N: nonlinear from 1; a low one clears no valve",
+        rule="N: nonlinear from 1; a low N does not exclude stiction",
         source="thornhill2005",
     ),
 }

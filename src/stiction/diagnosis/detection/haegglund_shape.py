@@ -44,7 +44,7 @@ def haegglund_shape(record: LoopRecord, oscillation: Oscillation) -> Evidence:
     values = square_indices(*half_periods(record, oscillation, "error"))
     index = float(np.median(values)) if values.size else float("nan")
     why = (
-        f"{error_name(record)} is nearer a {'square' if index >= 0.0 else 'sine'}: I {index:.2f} over {values.size} "
+        f"{error_name(record)} is closer to a {'square' if index >= 0.0 else 'sine'}: I {index:.2f} over {values.size} "
         "half periods, -1 is a sine, +1 a square; a slow process rounds the square."
     )
     against = objections(record, oscillation, integrating=False)

@@ -45,7 +45,7 @@ def he_curve_fit(record: LoopRecord, oscillation: Oscillation) -> Evidence:
     name = "error" if record.integrating else "op"
     against = objections(record, oscillation)
     if record.integrating is None:
-        against.append("OP is right for a self-regulating process, this one's type is unknown")
+        against.append("OP is the right signal for a self-regulating process, but the type of this process is unknown")
     y, cuts = half_periods(record, oscillation, name)
     values = stiction_indices(y, cuts)
     index = float(np.median(values)) if values.size else float("nan")

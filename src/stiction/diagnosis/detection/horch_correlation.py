@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.detection.evidence import judge, objections, swing
-from stiction.records.fast_length import next_fast_length
+from stiction.records.correlation import lagged_products
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -55,7 +55,7 @@ def horch_correlation(record: LoopRecord, oscillation: Oscillation) -> Evidence:
     kind = "odd" if low >= 2.0 / 3.0 else "even" if high <= 1.0 / 3.0 else "neither odd nor even"
     why = (
         f"The cross-correlation of OP and PV is {kind} (d_rho {d_rho:.2f}, d_tau {d_tau:.2f}; odd from 1/3 and 2/3, "
-        "even to 0.072 and 1/3). Holds for PI control without coupled loops."
+        "even up to 0.072 and 1/3). Valid for PI control without coupled loops."
     )
     against = objections(record, oscillation, integrating=False)
     # Even needs both offsets below 1/3, stiction both above 2/3; the smaller one alone decides only the latter.
@@ -65,11 +65,9 @@ def horch_correlation(record: LoopRecord, oscillation: Oscillation) -> Evidence:
 
 def cross_correlation(x: NDArray[np.float64], y: NDArray[np.float64], reach: int) -> NDArray[np.float64]:
     """Sum of x[k] y[k + lag] for lags -reach .. reach, over the pairs each lag has, shape (2 reach + 1,)."""
-    n = x.shape[0]
-    size = next_fast_length(n + reach)
-    r = np.fft.irfft(np.conj(np.fft.rfft(x - x.mean(), size)) * np.fft.rfft(y - y.mean(), size), size)
-    lags = np.arange(-reach, reach + 1)
-    return r[lags] / (n - np.abs(lags))
+    x, y = x - x.mean(), y - y.mean()
+    r = np.concatenate([lagged_products(y, x, reach + 1)[:0:-1], lagged_products(x, y, reach + 1)])
+    return r / (x.shape[0] - np.abs(np.arange(-reach, reach + 1)))
 
 
 def correlation_offsets(r: NDArray[np.float64]) -> tuple[float, float]:

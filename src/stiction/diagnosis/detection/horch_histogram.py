@@ -51,8 +51,8 @@ def horch_histogram(record: LoopRecord, oscillation: Oscillation) -> Evidence:
         index = camel_index(np.gradient(slope) if record.integrating else slope)
     order = "second" if record.integrating else "first"
     why = (
-        f"The density of PV's {order} derivative has {'one hump' if index >= 0.5 else 'two humps'} "
-        f"({index:.2f}, one from 0.5): a sine has two, the spikes of a jumping flow one."
+        f"The histogram of PV's {order} derivative has {'one hump' if index >= 0.5 else 'two humps'} "
+        f"(index {index:.2f}, one hump from 0.5): a sine gives two humps, a flow that jumps one."
     )
     against = objections(record, oscillation, integrating=True)
     return judge("horch_histogram", index, 0.55, 0.45, why, against, source="horch2006")

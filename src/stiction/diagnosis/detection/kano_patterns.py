@@ -56,8 +56,8 @@ def kano_patterns(record: LoopRecord, oscillation: Oscillation) -> Evidence:
         index = still_time(smooth(op, width), smooth(moved, width))
     seen = "valve position" if name == "mv" else "slope of PV" if record.integrating else "PV"
     why = (
-        f"The {seen} stands still while OP moves in {index:.0%} of the time; a linear loop reaches "
-        f"{LINEAR:.0%} at the peaks of its swing."
+        f"The {seen} is constant while OP moves for {100.0 * index:.0f} % of the time; in a linear loop at most "
+        f"{100.0 * LINEAR:.0f} %, at its peaks."
     )
     types = () if record.mv is not None else ("flow", "pressure", "level")
     against = objections(record, oscillation, loop_types=types)

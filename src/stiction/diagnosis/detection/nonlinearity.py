@@ -61,8 +61,8 @@ def nonlinearity(record: LoopRecord, oscillation: Oscillation) -> Evidence:
         per_period = max(4, round(period / width))
         index = nonlinearity_index(blocks(error, width)[: LONGEST + 3 * per_period], per_period)
     why = (
-        f"{error_name(record)} is {'easier' if index > 1.0 else 'no easier'} to predict than linear signals of its "
-        f"spectrum: N {index:.2f}, above 1 something in the loop is nonlinear, not only a valve."
+        f"{error_name(record)} is {'easier' if index > 1.0 else 'no easier'} to predict than linear signals with the "
+        f"same spectrum: N = {index:.2f}. Above 1, something in the loop is nonlinear, not necessarily the valve."
     )
     # A low N clears no valve: what sticks may leave the error a sine.
     return judge("nonlinearity", index, 1.0, -np.inf, why, against, source="thornhill2005")

@@ -44,7 +44,7 @@ def rossi_scali(record: LoopRecord, oscillation: Oscillation) -> Evidence:
     values = relay_indices(*half_periods(record, oscillation, "error"))
     index = float(np.median(values)) if values.size else float("nan")
     why = (
-        f"{error_name(record)} is nearer {'the response to a relay' if index > 0.0 else 'a sine'}: S_I {index:.2f} "
+        f"{error_name(record)} is closer to {'the response to a relay' if index > 0.0 else 'a sine'}: S_I {index:.2f} "
         f"over {values.size} half periods, -1 is a sine, +1 a relay's response or a triangle."
     )
     against = objections(record, oscillation, integrating=False)

@@ -16,6 +16,7 @@ from stiction.diagnosis.detection.evidence import half_periods, judge, objection
 from stiction.diagnosis.detection.shapes import area_ratio
 from stiction.diagnosis.oscillation import error_name
 from stiction.models.numba_compile import kernel
+from stiction.records.quantiles import robust_std
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 __all__ = ["area_ratios", "singhal_salsbury"]
 
 LEAST_DELTA = 0.05
-MEDIAN_ERROR = 1.253 * 1.4826  # standard error of a median over the median absolute deviation, times sqrt(n)
+MEDIAN_ERROR = 1.253  # standard error of a median over the standard deviation, times sqrt(n)
 
 
 def singhal_salsbury(record: LoopRecord, oscillation: Oscillation) -> Evidence:
@@ -51,11 +52,11 @@ def singhal_salsbury(record: LoopRecord, oscillation: Oscillation) -> Evidence:
     index, delta = float("nan"), LEAST_DELTA
     if logs.size:
         middle = float(np.median(logs))
-        spread = MEDIAN_ERROR * float(np.median(np.abs(logs - middle))) / np.sqrt(logs.size)
+        spread = MEDIAN_ERROR * robust_std(logs) / np.sqrt(logs.size)
         index, delta = float(np.exp(middle)), max(LEAST_DELTA, float(np.expm1(2.0 * spread)))
     why = (
-        f"{error_name(record)} has before its peak R = {index:.2f} times the area that it has after it (median of "
-        f"{logs.size} half periods, known to about {delta:.2f}); 1 is symmetric."
+        f"{error_name(record)} has R = {index:.2f} times as much area before its peak as after it (median of "
+        f"{logs.size} half periods, uncertainty {delta:.2f}); 1 is symmetric."
     )
     against = objections(record, oscillation, integrating=False)
     return judge("singhal_salsbury", index, 1.0 + delta, 1.0 + 0.5 * delta, why, against, source="singhal2005")

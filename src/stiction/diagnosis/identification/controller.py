@@ -23,6 +23,7 @@ from stiction.errors import RecordError
 from stiction.records.gaps import forward_fill
 from stiction.records.quality.moving_average import detect_averaging_window
 from stiction.records.quality.quantisation import count_values, quantisation_step
+from stiction.records.quantiles import robust_std
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -148,7 +149,7 @@ def fit_controller(
     if bumps:
         why += f"; {bumps} bumps left out"
     if not moving:
-        why += "; the set point is constant, so that parts on the error and on the PV are the same"
+        why += "; the set point is constant, so that a term of the error and a term of the PV are the same"
     named = replace(_named(found, why + "."), exact=own, unexplained=left)
     if record.sp is None and not exact and "I" not in found.form:
         # PV that follows a set point which was not recorded moves with OP, as it does under no controller.
@@ -193,7 +194,7 @@ def _without_bumps(data: Regression, moving: bool) -> tuple[Regression, int]:
     for _ in range(2):
         left = data.unexplained(moving, kept)
         left = np.abs(left - np.median(left))
-        keep = left <= 6.0 * max(1.4826 * float(np.median(left)), least)
+        keep = left <= 6.0 * max(robust_std(left, centre=0.0), least)
         bumps = int(keep.size - keep.sum())
         if not 0 < bumps <= 0.05 * keep.size:
             return data, 0

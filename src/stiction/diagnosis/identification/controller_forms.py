@@ -124,13 +124,7 @@ def moves(
     """
     rows = valid[2:] & valid[1:-1] & valid[:-2]
     de, dy = np.diff(error), -np.diff(pv)
-    parts = (
-        de[1:],
-        dt * (error[2:] - trapezoid * de[1:]),
-        np.diff(de) / dt,
-        dy[1:],
-        np.diff(dy) / dt,
-    )
+    parts = (de[1:], dt * (error[2:] - trapezoid * de[1:]), np.diff(de) / dt, dy[1:], np.diff(dy) / dt)
     everywhere = bool(rows.all())
     columns = np.stack([part if everywhere else part[rows] for part in parts[: None if moving else P_PV]])
     y = np.diff(op)[1:][rows]

@@ -12,14 +12,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.models.numba_compile import kernel
-
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stiction.diagnosis.identification.regression import Regression
 
-__all__ = ["DeadZone", "count_reversals", "flow_outside", "search_dead_zone"]
+__all__ = ["DeadZone", "flow_outside", "search_dead_zone"]
 
 MIN_OP_REVERSALS = 4
 """Reversals of OP from which a sticky valve and a dead zone can be told apart: each end of the range is met twice."""
@@ -61,26 +59,6 @@ def flow_outside(
     [-2.0, 0.0, 1.0]
     """
     return np.maximum(op - high, 0.0) + np.minimum(op - low, 0.0)
-
-
-@kernel
-def count_reversals(signal: NDArray[np.float64], min_move: float = 0.0) -> int:
-    """Count how often a signal turns back [-]; moves up to `min_move` are no reversal [unit of the signal].
-
-    Examples
-    --------
-    >>> x = np.array([0.0, 1.0, 1.0, 2.0, 1.5, 1.5, 3.0, 0.0])
-    >>> count_reversals(x), count_reversals(x, 1.0)
-    (3, 1)
-    """
-    count, direction, low, high = 0, 0, signal[0], signal[0]
-    for x in signal:
-        low, high = min(low, x), max(high, x)
-        if direction >= 0 and high - x > min_move:
-            count, direction, low = count + (direction > 0), -1, x
-        elif direction <= 0 and x - low > min_move:
-            count, direction, high = count + (direction < 0), 1, x
-    return count
 
 
 def search_dead_zone(regression: Regression) -> tuple[float, float, float]:

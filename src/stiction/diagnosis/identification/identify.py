@@ -8,14 +8,22 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.identification.alternatives import alternative_costs, good_valve_cost, process_gains
-from stiction.diagnosis.identification.dead_zone import DeadZone, count_reversals
+from stiction.diagnosis.identification.candidates import joined
+from stiction.diagnosis.identification.dead_zone import DeadZone
 from stiction.diagnosis.identification.intervals import interval_features, intervals, segment_estimates, trend
 from stiction.diagnosis.identification.process_fit import compared_part, fit_process, simulate_process
 from stiction.diagnosis.identification.regression import MAX_POSITION_LAG, build_regression, one_thread
 from stiction.diagnosis.identification.result import Identification, LikelihoodSurface, ProcessFit, Segment
-from stiction.diagnosis.identification.search import first_grid, search_behind_lags, search_deadband, search_valve
+from stiction.diagnosis.identification.search import (
+    first_grid,
+    refine_valve,
+    search_behind_lags,
+    search_deadband,
+    search_valve,
+)
 from stiction.diagnosis.identification.signals import BlockSignals, block_signals, remove_local_mean
 from stiction.diagnosis.identification.stems import whole_position
+from stiction.records.quality.movement import count_reversals
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -45,6 +53,10 @@ class ValveSearch:
     """The regression of the last search."""
     candidates: Candidates
     """All valves compared in it."""
+    short: BlockSignals
+    """The signals in shorter blocks, which show S, J and the process better."""
+    valve: Valve
+    """The most likely valve on them."""
     likelihood_ratios: dict[str, float]
     """Twice the log likelihood ratio of the best valve over each other explanation [-]."""
     gains: dict[str, float]
@@ -70,6 +82,9 @@ def search_record(
         fine = _regression(signals)
         first = fine if coarse.op.size == signals.op.size else _regression(coarse, 24)
         found, grid = search_valve(first, fine, max_S)
+        short = block_signals(op, pv, period, samples_per_period=30.0, min_blocks=1200, max_blocks=4000, gaps=gaps)
+        refined = refine_valve(fine if short.pv.size == signals.pv.size else _regression(short), found, max_S)
+        found = joined(found, fine.evaluate(refined.local_minima(6, 0.002, 0.02)))
         sticky = fine.positions(np.array([found.best]))[0]
         costs, both, zone = alternative_costs(fine, signals.period, sticky, signals.gaps)
         gains = process_gains(fine, sticky)
@@ -86,7 +101,7 @@ def search_record(
     reversals = count_reversals(sticky), count_reversals(signals.op, 0.25 * max_S)
     op_range = float(signals.op.min()), float(signals.op.max())
     dead_zone = DeadZone(*zone, *op_range, costs["good"] - costs["dead_zone"], *reversals)
-    return ValveSearch(signals, fine, found, ratios, gains, dead_zone, surface)
+    return ValveSearch(signals, fine, found, short, refined.best, ratios, gains, dead_zone, surface)
 
 
 def _regression(signals: BlockSignals, max_position_lag: int = MAX_POSITION_LAG) -> Regression:
@@ -122,16 +137,18 @@ def identify_valve(
     gives the sign of the process gain; `integrating` None tries both kinds of process.
     """
     search = search_record(op, pv, None if period is None else period / dt, gaps)
-    signals, regression, valve = search.signals, search.regression, search.candidates.best
+    signals, regression, valve = search.short, search.regression, search.valve
     features = interval_features(
-        op, valve, search.likelihood_ratios["good"], regression.half_cycles.size, exact=controller.exact
+        op, valve, search.likelihood_ratios["good"], regression.half_cycles, exact=controller.exact
     )
-    S, J = intervals(valve, features, float(np.ptp(signals.op)))
-    position = regression.positions(np.array([valve]))[0]
+    S, J = intervals(valve, features, float(np.ptp(search.signals.op)))
+    stem = whole_position(op, valve)
+    used = slice(signals.first, signals.first + signals.pv.size * signals.samples)
+    position = stem[used].reshape(-1, signals.samples).mean(axis=1)
     good = signals.op.reshape(-1, signals.per_block).mean(axis=1)
     fits = [fit_process(x, signals.pv, signals.period, controller.action, integrating) for x in (position, good)]
     simulated = [pv_on_record(signals, x, fit, op.size) for x, fit in zip((position, good), fits, strict=True)]
-    segments = _segments(search, valve, S[0] / valve.S, op.size)
+    segments = _segments(search, S[0], S[0] * valve.ratio, op.size)
     sticky = [segment for segment in segments if segment.likelihood_ratio > STICKY_SEGMENT]
     hours = np.array([0.5 * (one.first + one.last) * dt / 3600.0 for one in sticky])
     drift, drift_error = trend(hours, np.array([one.S for one in sticky]))
@@ -142,7 +159,7 @@ def identify_valve(
         linear=in_seconds(fits[1], signals.samples * dt),
         fit=100.0 * (1.0 - fits[0].error),
         fit_linear=100.0 * (1.0 - fits[1].error),
-        mv=whole_position(op, valve),
+        mv=stem,
         pv=simulated[0],
         pv_linear=simulated[1],
         likelihood_ratios=search.likelihood_ratios,
@@ -181,22 +198,22 @@ def pv_on_record(
     drift = signals.pv - remove_local_mean(signals.pv, signals.period)
     pv = drift + simulate_process(position, process, signals.period)
     compared = compared_part(pv.size, signals.period)
-    pv[: compared.start] = pv[compared.stop :] = np.nan
     out = np.full(n_samples, np.nan)
-    used = out[signals.first : signals.first + pv.size * signals.samples]
-    used[:] = np.repeat(pv, signals.samples)
+    samples = np.arange(compared.start * signals.samples, compared.stop * signals.samples)
+    centres = (np.arange(pv.size) + 0.5) * signals.samples - 0.5
+    out[signals.first + samples] = np.interp(samples, centres, pv)
     return out
 
 
 def _segments(
-    search: ValveSearch, valve: Valve, correction: float, n_samples: int, *, cycles: float = 8.0, most: int = 8
+    search: ValveSearch, S: float, J: float, n_samples: int, *, cycles: float = 8.0, most: int = 8
 ) -> tuple[Segment, ...]:
-    """S and evidence of parts of about eight cycles, at most eight."""
-    signals = search.signals
+    """S and evidence of parts of about eight cycles, at most eight; S and J [% of span] are those of the record."""
+    signals, valve = search.signals, search.candidates.best
     count = int(np.clip(search.regression.n_predicted / (cycles * signals.time_scale), 1, most))
     sizes, ratios, ends = segment_estimates(search.regression, valve, count)
     samples = signals.first + np.minimum(ends * signals.samples, n_samples)
     return tuple(
-        Segment(int(first), int(last), float(S) * correction, float(S) * correction * valve.ratio, float(ratio))
-        for first, last, S, ratio in zip(samples[:-1], samples[1:], sizes, ratios, strict=True)
+        Segment(int(first), int(last), float(size / valve.S) * S, float(size / valve.S) * J, float(ratio))
+        for first, last, size, ratio in zip(samples[:-1], samples[1:], sizes, ratios, strict=True)
     )

@@ -40,7 +40,7 @@ MODELS = ("kano", "stenman", "three_parameter")
 """Valve models that are identified."""
 MIN_SAMPLES = 30
 """Samples that must be known [-]."""
-NOT_USED = "The recorded valve position was not used: it was hardly recorded, does not follow OP, or is a copy of it."
+NOT_USED = "The recorded valve position was not used: it has few values, does not follow OP, or is a copy of OP."
 """Remark on a record whose position says nothing about the stem."""
 
 
@@ -92,7 +92,7 @@ def identify(record: LoopRecord, model: str = "kano", *, period: float | None = 
     True
     """
     if model not in MODELS:
-        raise ParameterError(f"model = {model!r} is not identified; use {', '.join(map(repr, MODELS))}.")
+        raise ParameterError(f"model = {model!r} cannot be identified; use {', '.join(map(repr, MODELS))}.")
     prepared = prepare_record(record, period)
     found = prepared.identify_kano()
     if model == "kano":
@@ -180,13 +180,13 @@ def _check_period(record: LoopRecord, period: float | None, *, min_samples: floa
         return
     if not period > 0.0:
         raise ParameterError(
-            f"period = {period:g} s is not a period; give the period of the oscillation, leave it out to have it "
-            "found, or give inf where nothing oscillates."
+            f"period = {period:g} s is not positive; give the period of the oscillation, leave it out to estimate "
+            "it, or give inf if nothing oscillates."
         )
     if period < min_samples * record.dt:
         raise ParameterError(
             f"period = {period:g} s is shorter than {min_samples:g} samples of {record.dt:g} s; give the period of "
-            "the oscillation, leave it out to have it found, or record faster."
+            "the oscillation, leave it out to estimate it, or record faster."
         )
 
 

@@ -63,10 +63,7 @@ def intervals(
     J_low, J_high = (float(np.clip(x @ np.array(model["J_ratio"][q]), 0.0, 1.0)) for q in ("0.025", "0.975"))
     ratio = valve.ratio
     limit = max(max_S, S)
-    return (
-        (S, S_low, min(S_high, limit)),
-        (ratio * S, min(J_low, ratio) * S, max(J_high, ratio) * S),
-    )
+    return ((S, S_low, min(S_high, limit)), (ratio * S, min(J_low, ratio) * S, max(J_high, ratio) * S))
 
 
 @cache

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 import numpy as np
 
 from stiction.diagnosis.identification.candidates import combinations, halved_steps, joined, pattern_search
+from stiction.records.correlation import lagged_products
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -141,8 +142,7 @@ def independent_share(residual: NDArray[np.float64]) -> float:
     >>> round(independent_share(white), 1), round(independent_share(np.repeat(white, 5)), 1)
     (1.0, 0.2)
     """
-    spectrum = np.fft.rfft(residual, 2 * residual.size)
-    acf = np.fft.irfft(spectrum.real**2 + spectrum.imag**2)[: residual.size]
+    acf = lagged_products(residual, residual, residual.size)
     if not acf[0] > 0.0:
         return 1.0
     negative = np.flatnonzero(acf <= 0.0)

@@ -135,10 +135,7 @@ def _search(
     return wide, good, play, sticky, -np.inf
 
 
-STAGES = (
-    (1.5, ((0.05, 0.1, 0.3, 5), (0.02, 0.05, 0.15, 4))),
-    (1.2, ((0.008, 0.02, 0.08, 3), (0.003, 0.008, 0.04, 2))),
-)
+STAGES = ((1.5, ((0.05, 0.1, 0.3, 5), (0.02, 0.05, 0.15, 4))), (1.2, ((0.008, 0.02, 0.08, 3), (0.003, 0.008, 0.04, 2))))
 """Factor between the lags tried, and pattern searches: steps in ln S, in J / S and in the start, and candidates [-]."""
 NO_START = np.array([1.0, 1.0, 1.0, 0.0])
 """Factors that set the start of candidates to OP: a search with correction has a shift in its place."""

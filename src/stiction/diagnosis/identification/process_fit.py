@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -85,13 +86,14 @@ def fit_process(
     answers -= answers.mean(axis=1, keepdims=True)
     error, delay = _best_delays(answers, target, compared, max_delay, sign)
     best = int(np.argmin(error))
+    integrates = math.isinf(pairs[best][0])
 
     def of(x: NDArray[np.float64]) -> FittedProcess:
         ratio = min(max(float(x[1]), 0.0), 1.0)
-        a = np.inf if np.isinf(pairs[best][0]) else float(np.exp(np.clip(x[0], -3.0, np.log(20.0 * scale))))
-        b = ratio * (scale if np.isinf(a) else a)
-        d = float(np.clip(x[2], 0.0, max_delay))
-        keep = 1.0 if np.isinf(a) else np.exp(-1.0 / max(a, 1e-3)), np.exp(-1.0 / max(b, 1e-3))
+        a = math.inf if integrates else math.exp(min(max(x[0], -3.0), math.log(20.0 * scale)))
+        b = ratio * (scale if integrates else a)
+        d = min(max(float(x[2]), 0.0), float(max_delay))
+        keep = 1.0 if integrates else math.exp(-1.0 / a), math.exp(-1.0 / max(b, 1e-3))
         power, cross = process_products(u, *keep, d, target, compared.start, compared.stop)
         gain = cross / power if power > 0.0 and cross * sign >= 0.0 else 0.0
         return FittedProcess(gain, a, b, d, 1.0 - gain * (2.0 * cross - gain * power) / energy)

@@ -69,8 +69,8 @@ class Regression:
     """Lags of OP among the shared regressors [-]."""
     predicted: NDArray[np.bool_]
     """Whether a block from `first` on is predicted: not in a gap nor so soon after it that an earlier PV is in it."""
-    half_cycles: NDArray[np.int64]
-    """Ends of the half cycles among the predicted samples, shape (n_half_cycles,)."""
+    half_cycles: int
+    """Half cycles among the predicted samples [-]."""
 
     @property
     def n_predicted(self) -> int:
@@ -97,23 +97,17 @@ class Regression:
 
     def cost_of_positions(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
         """Minus twice the log likelihood of valve positions, but for a constant [-], shape (n_valves,)."""
-        return self._cost(self._solve(*self._products(positions - positions.mean(axis=1, keepdims=True)))[1])
+        return self._solve(*self._products(positions))[1]
 
     def cost_of_regressors(self, regressors: NDArray[np.float64]) -> NDArray[np.float64]:
         """The same of given regressors, shape (n_candidates, n_regressors, n_predicted)."""
-        return self._cost(self._solve(*self._products_of_regressors(regressors))[1])
-
-    def _cost(self, error: NDArray[np.float64]) -> NDArray[np.float64]:
-        return self.n_predicted * np.log(error / self.n_predicted)
+        return self._solve(*self._products_of_regressors(regressors))[1]
 
     def residuals(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
         """Prediction errors with given valve positions [-], shape (n_valves, n_predicted)."""
-        x = positions - positions.mean(axis=1, keepdims=True)
-        weights, _ = self._solve(*self._products(x))
-        lag_weights = np.repeat(weights, np.diff(self.edges), axis=1)
-        longest = lag_weights.shape[1]
-        lags = (x[:, self.first - lag : x.shape[1] - lag] for lag in range(1, longest + 1))
-        explained = self.choose(sum(lag_weights[:, [i]] * one for i, one in enumerate(lags)))
+        regressors = self._lag_sums(positions)
+        weights, _ = self._solve(*self._products_of_regressors(regressors))
+        explained = np.einsum("vg,vgk->vk", weights, regressors)
         return self.target - (explained - (explained @ self.basis.T) @ self.basis)
 
     def gain_over_error(self, position: NDArray[np.float64]) -> float:
@@ -129,11 +123,6 @@ class Regression:
         error = float(self.target @ self.target - weights @ right)
         variance = float(lags @ spread) * max(error, MIN_ERROR * self.n_predicted) / self.n_predicted
         return float(lags @ weights / np.sqrt(variance))
-
-    def by_half_cycle(self, residuals: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Sum of squared residuals in each half cycle, shape (n_valves, n_half_cycles)."""
-        total = np.concatenate([np.zeros((len(residuals), 1)), np.cumsum(residuals**2, axis=1)], axis=1)
-        return np.diff(total[:, np.concatenate([[0], self.half_cycles])], axis=1)
 
     def _lag_sums(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
         """Sums of the lags of each group, shape (n_valves, n_groups, n_predicted)."""
@@ -155,43 +144,40 @@ class Regression:
         squares = regressors @ regressors.transpose(0, 2, 1)
         return regressors @ self.basis.T, squares, regressors @ self.target
 
-    def _products(self, x: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
-        """The same of the lag sums of positions `x`, without forming them: a product depends on two lags.
+    def _products(self, positions: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
+        """The same of the lag sums of positions, in a record without gaps without forming them.
 
         The products of lags i + 1 and j + 1 are those of i and j but for one sample at each end.
         """
-        n, first = self.pv.size, self.first
+        if not self.predicted.all():
+            return self._products_of_regressors(self._lag_sums(positions))
+        n, first, x = self.pv.size, self.first, positions - positions.mean(axis=1, keepdims=True)
         own = LaggedSignal(x, 1, np.repeat(np.arange(len(self.edges) - 1), np.diff(self.edges)))
         now, longest = x[:, np.newaxis, first - 1 : n - 1], own.groups.size
         own_products = [now @ x[:, first - 1 - k : n - 1 - k, np.newaxis] for k in range(longest)]
-        firsts = np.concatenate([*own_products, *own_products[1:]], axis=2)[:, 0]
-        firsts = np.concatenate([firsts, x @ self.first_products], axis=1)
-        lost = first + np.flatnonzero(~self.predicted)
-        lost_sums = _lag_sums_at(own, lost) if lost.size else np.empty(0)
-        products, begin = [], 0
+        with_own = np.concatenate([*own_products, *own_products[1:]], axis=2)[:, 0]
+        firsts, products, begin = np.hstack([with_own, x @ self.first_products]), [], 0
         for z in (own, *self.shared):
             end = begin + z.groups.size + longest - 1
             sums = np.zeros((len(x), own.groups[-1] + 1, z.groups[-1] + 1))
             add_lag_products(x, z.values, first, z.shortest, firsts[:, begin:end], own.groups, z.groups, sums)
-            products.append(sums - lost_sums @ _lag_sums_at(z, lost).transpose(0, 2, 1) if lost.size else sums)
+            products.append(sums)
             begin = end
         shared = np.concatenate(products[1:], axis=2)
         with_basis = shared @ self.weights
-        explained = self.basis @ self.choose(self.pv[first:])
-        return with_basis, products[0], shared[:, :, 1] - with_basis @ explained
+        return with_basis, products[0], shared[:, :, 1] - with_basis @ (self.basis @ self.pv[first:])
 
     def _solve(
         self, shared: NDArray[np.float64], squares: NDArray[np.float64], right: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Weights of the regressors and the residual sum of squares, by normal equations without the shared part."""
+        """Weights of the regressors and their cost [-], by normal equations without the shared part."""
         size = np.sqrt(np.einsum("vgg->vg", squares)) + TINY
         normal = (squares - shared @ shared.transpose(0, 2, 1)) / size[:, :, None] / size[:, None, :]
         normal[:, range(normal.shape[1]), range(normal.shape[1])] += RIDGE
         right = right / size
         weights = np.linalg.solve(normal, right[..., None])[..., 0]
-        energy = float(self.target @ self.target)
-        error = np.maximum(energy - (weights * right).sum(axis=1), MIN_ERROR * self.n_predicted)
-        return weights / size, error
+        error = (float(self.target @ self.target) - (weights * right).sum(axis=1)) / self.n_predicted
+        return weights / size, self.n_predicted * np.log(np.maximum(error, MIN_ERROR))
 
 
 PV_LAGS, OP_LAGS, SINGLE_LAGS = 12, 4, 8
@@ -254,11 +240,10 @@ def build_regression(
     basis, weights = orthonormal_rows(rows[:, predicted])
     target = y_predicted - (y_predicted @ basis.T) @ basis
     count = max(round(2.0 * target.size / max(time_scale, 8.0)), 4)
-    half_cycles = np.linspace(0, target.size, count + 1).round().astype(np.int64)[1:]
     return Regression(
         np.ascontiguousarray(op), per_block, y, first, tuple(edges), basis, target, tuple(shared),
         np.hstack([_first_products(one, first, longest) for one in shared]), weights,
-        op_lags, predicted, np.unique(half_cycles),
+        op_lags, predicted, min(count, target.size),
     )  # fmt: skip
 
 
@@ -276,12 +261,6 @@ def _first_products(signal: LaggedSignal, first: int, longest: int) -> NDArray[n
     for k, (of_position, of_signal) in enumerate(pairs):
         columns[first - of_position : n - of_position, k] = signal.values[0, first - of_signal : n - of_signal]
     return columns
-
-
-def _lag_sums_at(signal: LaggedSignal, blocks: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Sums of the lags of each group at some blocks, shape (n_signals, n_groups, n_blocks)."""
-    lagged = signal.values[:, blocks - signal.lags[:, np.newaxis]]
-    return np.add.reduceat(lagged, np.flatnonzero(np.diff(signal.groups, prepend=-1)), axis=1)
 
 
 def orthonormal_rows(rows: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

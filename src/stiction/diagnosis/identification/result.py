@@ -180,7 +180,7 @@ class Identification(ResultDisplay, kind="identification"):
         if not self.J_undetermined:
             return ""
         if self.J_low > MAX_PLAY_RATIO * self.S:
-            return "J is known only roughly: the valve jumps, but its size is uncertain."
+            return "J is known only roughly: the valve jumps, but the size of the jump is uncertain."
         return "J cannot be determined from this record."
 
     def summary(self, unit: str = "%") -> str:

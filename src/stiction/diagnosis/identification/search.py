@@ -6,15 +6,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.identification.candidates import Candidates, combinations, joined, pattern_search
+from stiction.diagnosis.identification.candidates import Candidates, combinations, halved_steps, joined, pattern_search
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from stiction.diagnosis.identification.candidates import Valve
     from stiction.diagnosis.identification.regression import Regression
 
-__all__ = ["first_grid", "search_behind_lags", "search_deadband", "search_valve"]
+__all__ = ["first_grid", "refine_valve", "search_behind_lags", "search_deadband", "search_valve"]
 
 
 def first_grid(max_S: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -34,21 +36,27 @@ def search_valve(coarse: Regression, fine: Regression, max_S: float) -> tuple[Ca
     grid = coarse.evaluate(combinations(S, ratio, rules, np.zeros(1)))
     started = coarse.evaluate(combinations(S[0.3 * max_S < S], ratio, rules, START_PLACES))
     found = pattern_search(coarse.evaluate, joined(grid, started), COARSE_STEPS, max_S)
-    found = pattern_search(fine.evaluate, fine.evaluate(found.local_minima(6, 0.02, 0.1)), FINE_STEPS[:2], max_S)
-    best = found.best
-    S = np.minimum(best.S * np.exp(DENSE_STEP * np.arange(-6.0, 25.0)), max_S)
-    dense = combinations(S, np.array([0.2, 0.5, 0.9]), np.array([best.rests]), np.zeros(1))
-    return pattern_search(fine.evaluate, joined(found, fine.evaluate(dense)), FINE_STEPS[2:], max_S), grid
+    return pattern_search(fine.evaluate, fine.evaluate(found.local_minima(6, 0.02, 0.1)), FINE_STEPS[:2], max_S), grid
+
+
+def refine_valve(finest: Regression, found: Candidates, max_S: float) -> Candidates:
+    """Refine S, J / S and the start of the best candidates, on the record in blocks that are as short as is useful."""
+    found = finest.evaluate(found.local_minima(8, 0.02, 0.1))
+    S = np.minimum(found.best.S * np.exp(DENSE_STEP * np.arange(-6.0, 25.0)), max_S)
+    dense = combinations(S, np.array([0.2, 0.5, 0.9]), np.array([0.0, 1.0]), np.zeros(1))
+    return pattern_search(finest.evaluate, joined(found, finest.evaluate(dense)), SHARP_STEPS, max_S)
 
 
 START_PLACES = 0.6 * np.array([-1.0, 1.0])
 """First positions tried for a large S, whose stem may not move for a while [half bands from OP]."""
-COARSE_STEPS = ((0.05, 0.16, 0.3, 10), (0.03, 0.08, 0.15, 8), (0.012, 0.04, 0.08, 6))
+COARSE_STEPS = halved_steps(0.05, 0.16, 0.3, 10)[:3]
 """Pattern searches on the coarse signals: steps in ln S, in J / S and in the start, and candidates refined [-]."""
 DENSE_STEP = 0.005
 """Step in ln S of the values that are all tried about the best valve [-]: with little noise, S is as sharp as that."""
-FINE_STEPS = ((0.02, 0.08, 0.2, 4), (0.008, 0.04, 0.1, 4), (0.004, 0.02, 0.05, 3), (0.0015, 0.008, 0.03, 2))
+FINE_STEPS = halved_steps(0.02, 0.08, 0.2, 4)[:4]
 """The same on the fine signals."""
+SHARP_STEPS = halved_steps(0.004, 0.12, 0.1, 4)[:4]
+"""The same on the shortest blocks."""
 
 
 def search_deadband(fine: Regression, found: Candidates, max_S: float) -> float:
@@ -61,7 +69,7 @@ def search_deadband(fine: Regression, found: Candidates, max_S: float) -> float:
 
 
 def search_behind_lags(coarse: Regression, fine: Regression, best: Valve, max_S: float) -> tuple[float, float]:
-    """Smallest costs of a sticky valve and of a valve with deadband alone whose actuators follow OP with a lag [-].
+    """Smallest costs of a sticky valve and of a valve with deadband only whose actuators follow OP with a lag [-].
 
     `best` is the most likely valve without a lag; by OP alone a lagging valve looks stickier than it is.
     """
@@ -81,10 +89,10 @@ def search_behind_lags(coarse: Regression, fine: Regression, best: Valve, max_S:
 
 ACTUATOR_LAGS = 0.8 * np.array([1.0, 2.0, 2.0**2])
 """Time constants of the actuator that are tried [samples of OP]."""
-LAG_STEPS = ((0.04, 0.15, 0.2, 2), (0.015, 0.06, 0.1, 2))
+LAG_STEPS = halved_steps(0.04, 0.15, 0.2, 2)[:2]
 """Pattern searches behind a lag, as `FINE_STEPS` [-]."""
 
 
-def _without_jump(steps: tuple[tuple[float, float, float, int], ...]) -> tuple[tuple[float, float, float, int], ...]:
+def _without_jump(steps: Sequence[tuple[float, float, float, int]]) -> list[tuple[float, float, float, int]]:
     """Steps of a pattern search that leave J / S as it is."""
-    return tuple((S, 0.0, start, count) for S, _, start, count in steps)
+    return [(S, 0.0, start, count) for S, _, start, count in steps]

@@ -147,10 +147,7 @@ def _record_state(
 
 
 def _headline(
-    record: LoopRecord,
-    codes: NDArray[np.int8],
-    stretches: tuple[StateStretch, ...],
-    wound_up: dict[StateName, WindUp],
+    record: LoopRecord, codes: NDArray[np.int8], stretches: tuple[StateStretch, ...], wound_up: dict[StateName, WindUp]
 ) -> LoopState:
     """The state that most samples out of control have, with the numbers of its longest stretch."""
     code = int(np.argmax(np.bincount(codes, minlength=len(STATES))[1:])) + 1
@@ -193,9 +190,9 @@ def _estimate_set_point(
 
 def _numbers(signals: _Signals, first: int, last: int) -> dict[str, float]:
     """Levels of OP and PV in a stretch, as far as they were recorded."""
-    op, pv, sp, *_ = signals
+    op, pv, sp, _, limits, _ = signals
     known = np.flatnonzero(np.isfinite(op[first:last])) + first
-    numbers = {"samples": float(last - first)}
+    numbers = {"samples": float(last - first), "op_in_percent": float(math.isfinite(limits[1]))}
     if known.size:
         numbers |= {"op_start": float(op[known[0]]), "op_end": float(op[known[-1]])}
     if np.isfinite(pv[first:last]).any():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from datetime import datetime, timedelta
 from typing import TYPE_CHECKING
 
@@ -41,7 +42,7 @@ ACTIONS: Mapping[StateName, str] = {
     "pv_frozen": "Check the transmitter and its connection, then record the loop again.",
     "signals_swapped": "Exchange the columns of OP and PV when reading the file, then diagnose again.",
     "signals_unrelated": "Check that OP and PV are tags of one loop, then read the file again with the right columns.",
-    "bad_data": "Record the loop again as the reason asks.",
+    "bad_data": "Record the loop again as the reason says.",
 }
 """What to look at in each state."""
 
@@ -85,26 +86,27 @@ def describe_state(state: LoopState, start: datetime | None = None, pv_unit: str
         return ""
     if state.state == "bad_data":
         return " ".join(state.rejects) or f"OP or PV is missing in {100.0 * state.share:.0f} % of the record."
-    numbers = {"op_start": float("nan"), "op_end": float("nan"), "pv": float("nan"), "error": float("nan")}
-    numbers |= state.numbers
+    numbers = dict.fromkeys(("op_start", "op_end", "pv", "error"), math.nan) | dict(state.numbers)
     unit = f" {pv_unit}" if pv_unit else ""
+    op_unit = "%" if numbers.get("op_in_percent", 1.0) else "OP units"
     begin, end = (_moment(time, start, state.end_s) for time in (state.start_s, state.end_s))
     moved = _moment(state.numbers.get("move_end_s", state.end_s), start, state.end_s)
-    side = "below" if numbers["error"] > 0.0 else "above"
-    offset = f"{abs(numbers['error']):.3g}{unit} {side} SP on average"
-    travel = f"from {numbers['op_start']:.3g} to {numbers['op_end']:.3g} %"
+    offset = f"{abs(numbers['error']):.3g}{unit} {'below' if numbers['error'] > 0.0 else 'above'} SP on average"
+    travel = f"from {numbers['op_start']:.3g} to {numbers['op_end']:.3g} {op_unit}"
+    longest = f", longest at {numbers['op_end']:.3g} {op_unit}" if math.isfinite(numbers["op_end"]) else ""
     share = f"{100.0 * state.share:.0f} % of the record"
     if state.state == "not_in_command":
-        cycle = state.numbers.get("period_s", float("nan"))
-        how = f" PV cycles every {format_seconds(cycle)} whatever OP does." if cycle > 0.0 else ""
-        went = f"OP went {travel}" if abs(numbers["op_end"] - numbers["op_start"]) > 1.0 else "OP stayed"
-        at = f" between {begin} and {moved}" if went != "OP stayed" else f" at {numbers['op_end']:.3g} %"
-        return f"The controller is not in command: {went}{at}, while PV stayed {offset}.{how}"
+        cycle = state.numbers.get("period_s", math.nan)
+        how = f" PV oscillates every {format_seconds(cycle)}, whatever OP does." if cycle > 0.0 else ""
+        op = f"stayed at {numbers['op_end']:.3g} {op_unit}"
+        if abs(numbers["op_end"] - numbers["op_start"]) > 1.0:
+            op = f"went {travel} between {begin} and {moved}"
+        return f"The controller is not in command: OP {op}, while PV stayed {offset}.{how}"
     return {
-        "manual": f"The controller is in manual in {share} by its mode, from {begin} to {end}."
+        "manual": f"According to its mode, the controller is in manual in {share}, from {begin} to {end}."
         if numbers.get("by_mode")
-        else f"OP rests in {share} while PV moves, as in manual: at {numbers['op_end']:.3g} % for longest.",
-        "saturated": f"OP rests at a limit ({numbers['op_end']:.3g} %) in {share}; the valve does not move there.",
+        else f"OP is constant in {share} while PV moves, as in manual{longest}.",
+        "saturated": f"OP stays at its limit in {share}{longest}; the valve does not move there.",
         "shut_in": f"The flow is shut in: it stays at {numbers['pv']:.3g}{unit} from {begin} to {end}, while OP goes "
         f"{travel}.",
         "valve_not_responding": f"The valve does not respond: it is stuck, shut in or not in command. OP went {travel} "

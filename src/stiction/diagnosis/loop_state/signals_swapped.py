@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.records.quantiles import robust_std
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -58,8 +60,7 @@ def fit_pi_equation(
     products = np.einsum("ik,jk->ij", design, design) / np.outer(sizes, sizes)
     moves = increments - increments.mean()
     weights = np.linalg.pinv(products, hermitian=True) @ (np.einsum("ik,k->i", design, moves) / sizes) / sizes
-    left = np.abs(moves - weights @ design)
-    unexplained = (1.4826 * float(np.median(left))) ** 2 / variance if variance > 0.0 else 1.0
+    unexplained = robust_std(moves - weights @ design, centre=0.0) ** 2 / variance if variance > 0.0 else 1.0
     gain, integral = float(weights[0]), float(weights[1])
     constant = float(increments.mean() - weights @ means[:, 0])
     set_point = constant / integral if sp is None and integral else np.nan

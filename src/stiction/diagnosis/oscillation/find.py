@@ -83,7 +83,7 @@ def find_oscillation(record: LoopRecord) -> Oscillation:
     if not by_error.regular and op is not None:
         by_op = strongest(op)
         if by_op.regular:
-            best, seen = by_op, f"OP, though not {seen[0].lower()}{seen[1:]},"
+            best, seen = by_op, f"OP, but not {seen[0].lower()}{seen[1:]},"
     if not best.period > 0.0:
         return _none("The autocorrelation shows no period of at least 4 samples that occurs 3 times.", by_error.acf)
 
@@ -100,9 +100,9 @@ def find_oscillation(record: LoopRecord) -> Oscillation:
         reason = f"No regular oscillation: the best candidate, {format_seconds(period)}, {_lack(best)}."
     if best is by_error and best.regular and op is not None:
         agrees = octave(op, best.period)
-        reason += " OP has the same period." if _same(agrees, best.period) else " OP does not share it."
+        reason += " OP has the same period." if _same(agrees, best.period) else " OP has another period, or none."
     if record.sp is not None and forward_fill_sp(record)[0] is None:
-        reason += " SP is missing in the first half of the record or more: PV was looked at alone."
+        reason += " SP is missing in the first half of the record or more: only PV was examined."
     sp = filled(record.sp) if oscillating else None
     sp_cycles = sp is not None and (rhythm := octave(sp, best.period)).regular and _same(rhythm, best.period)
     if sp_cycles:
@@ -135,7 +135,7 @@ def _lack(best: Rhythm) -> str:
     if best.repeats:
         return f"has regularity {best.regularity:.2f} (needs 1)"
     paced = f"is regular ({best.regularity:.2f}, above 1) but " if best.regularity > 1.0 else ""
-    return f"{paced}does not stand out of noise"
+    return f"{paced}is not larger than noise would be"
 
 
 def _same(rhythm: Rhythm, period: float) -> bool:
@@ -172,16 +172,16 @@ def _no_error(record: LoopRecord) -> str:
     """Say why the control error shows no oscillation."""
     pv = record.pv
     if not len(record):
-        return "No samples are left to look at."
+        return "There are no samples to examine."
     if pv is None or not np.isfinite(pv).any():
-        return "PV is missing, so there is no error to look at."
+        return "PV is missing, so there is no control error to examine."
     if filled(pv) is not None:
-        return "PV is where SP is, so there is no error to look at."
-    still = f"PV does not move, it stands at {np.nanmedian(pv):.4g}"
+        return "PV equals SP, so there is no control error to examine."
+    still = f"PV is constant at {np.nanmedian(pv):.4g}"
     if record.sp is None or not np.isfinite(record.sp).any():
-        return f"{still}, so there is no error to look at."
+        return f"{still}, so there is no control error to examine."
     error = float(np.nanmedian(record.sp - pv))
-    return f"{still}, {abs(error):.3g} {'below' if error > 0.0 else 'above'} SP: a steady error is no oscillation."
+    return f"{still}, {abs(error):.3g} {'below' if error > 0.0 else 'above'} SP: a steady error is not an oscillation."
 
 
 def _none(reason: str, acf: NDArray[np.float64] | None = None) -> Oscillation:

@@ -16,6 +16,7 @@ import numpy as np
 from stiction.diagnosis.oscillation.rhythm import octave, octaves
 from stiction.diagnosis.oscillation.signals import about_drift, smooth
 from stiction.diagnosis.result import FurtherOscillation
+from stiction.records.phase_average import average_by_phase
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -26,7 +27,6 @@ __all__ = ["cycle_average", "further_oscillations"]
 
 LEAST_SHARE = 0.05  # of the error's variance
 MOST = 2
-PLACES = 48  # in a cycle; fewer where it has fewer samples
 APART = 0.15  # periods closer than this to the main one are the same wave, coming and going
 IN_TUNE = 0.04  # periods that meet a simple ratio this closely are what a wandering cycle leaves of its harmonics
 MAJORITY = 0.5  # autocorrelation one period later: the part of its octave that a sine in noise carries
@@ -130,27 +130,8 @@ def _wave(x: NDArray[np.float64], samples_per_period: float) -> tuple[NDArray[np
 
 def _average(swing: NDArray[np.float64], band: NDArray[np.float64], samples_per_period: float) -> NDArray[np.float64]:
     """Mean cycle of `swing`, laid out along the cycles that begin where `band` rises through zero."""
-    positive = band > 0.0
-    at = np.flatnonzero(~positive[:-1] & positive[1:])
-    begins = at + band[at] / (band[at] - band[at + 1])
-    length = np.diff(begins)
-    wave = np.zeros(swing.shape[0])
-    if not np.any(length > 0.5 * samples_per_period):
-        return wave
-    # The samples of each whole cycle of usual length: the first at or after its beginning, up to the next one.
-    edges = np.ceil(begins).astype(np.intp)
-    usual = np.abs(length / samples_per_period - 1.0) < 0.5
-    count = np.diff(edges)
-    inside = np.flatnonzero(np.repeat(usual, count)) + edges[0]
-    count = np.where(usual, count, 0)
-    phase = (inside - np.repeat(begins[:-1], count)) / np.repeat(length, count)
-    places = max(4, min(PLACES, int(samples_per_period)))
-    place = np.minimum((phase * places).astype(np.intp), places - 1)
-    count = np.bincount(place, minlength=places)
-    mean = np.bincount(place, swing[inside], places) / np.maximum(count, 1)
-    mean -= mean.mean()
-    middles = (np.arange(-1, places + 1) + 0.5) / places
-    wave[inside] = np.interp(phase, middles, np.concatenate((mean[-1:], mean, mean[:1])))
+    found, wave = average_by_phase(swing, band, samples_per_period), np.zeros(swing.shape[0])
+    wave[found.inside] = found.values()
     return wave
 
 

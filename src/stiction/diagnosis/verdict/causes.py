@@ -6,9 +6,8 @@ import math
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from stiction.diagnosis.verdict.features import sensitivity
+from stiction.diagnosis.verdict.model import logistic
 from stiction.display.json_form import FOUR_DECIMALS, Result
 
 if TYPE_CHECKING:
@@ -107,15 +106,15 @@ def assess_causes(
     active = 1.0 if oscillation.oscillating else 0.0
     ratios = identification.likelihood_ratios
     closest = closest_alternative(ratios)
-    shown = 0.0 if closest is None else _logistic((closest[1] - min_sticky_evidence) / 4.0)
+    shown = 0.0 if closest is None else logistic((closest[1] - min_sticky_evidence) / 4.0)
     sticks = max(probability, shown)
     good = ratios.get("good", 0.0)
     periodic, relay = (ratios.get(name, math.inf) for name in ("periodic_load", "relay_load"))
     beside_good = max(good - periodic - min_evidence, good - relay - min_relay_evidence)
     beside_sticky = ratios.get("beside_periodic_load", -math.inf) - periodic - min_evidence
-    load = (1.0 - sticks) * _logistic(beside_good / 4.0) + sticks * _logistic(beside_sticky / 4.0)
+    load = (1.0 - sticks) * logistic(beside_good / 4.0) + sticks * logistic(beside_sticky / 4.0)
     zone = identification.dead_zone
-    sensor = max(_logistic((pv_step_share - 0.25) / 0.05), _logistic((spike_share - 0.02) / 0.005))
+    sensor = max(logistic((pv_step_share - 0.25) / 0.05), logistic((spike_share - 0.02) / 0.005))
     dead_zone = 0.0 if zone is None else (1.0 - sensor) * dead_zone_score(zone, good, periodic)
     sticky, linear = (
         tuning_score(sensitivity(replace(identification, process=process), controller, oscillation.period), critical=at)
@@ -166,7 +165,7 @@ def tuning_score(sensitivity: float, *, critical: float = 2.0, width: float = 0.
     >>> round(tuning_score(1.0), 2), round(tuning_score(2.0), 2), round(tuning_score(20.0), 2)
     (0.09, 0.5, 1.0)
     """
-    return _logistic(math.log(sensitivity / critical) / width) if sensitivity > 0.0 else 0.0
+    return logistic(math.log(sensitivity / critical) / width) if sensitivity > 0.0 else 0.0
 
 
 def dead_zone_score(
@@ -210,9 +209,5 @@ def dead_zone_score(
     gain, advantage = zone.likelihood_ratio, good - zone.likelihood_ratio
     if zone.crossed_rarely:
         gain, min_evidence, advantage, max_advantage = max(gain, good), min_evidence_once, 0.0, math.inf
-    score = _logistic((gain - min_evidence) / width) * _logistic((max_advantage - advantage) / width)
-    return score * _logistic((max_load_advantage - advantage + load) / width)
-
-
-def _logistic(x: float) -> float:
-    return 1.0 / (1.0 + math.exp(-float(np.clip(x, -60.0, 60.0))))
+    score = logistic((gain - min_evidence) / width) * logistic((max_advantage - advantage) / width)
+    return score * logistic((max_load_advantage - advantage + load) / width)

@@ -9,7 +9,7 @@ from stiction.diagnosis.verdict.decision import Costs, decide, shift_prior
 from stiction.diagnosis.verdict.features import FEATURES
 from stiction.display.check_text import describe_check
 from stiction.display.duration_format import format_seconds
-from stiction.display.number_format import format_interval, format_number, format_probability
+from stiction.display.number_format import format_interval, format_probability
 
 if TYPE_CHECKING:
     from stiction.diagnosis.identification.result import Identification
@@ -24,7 +24,7 @@ __all__ = ["explain_action", "explain_reason", "feature_label"]
 CAUSE_TEXT = {
     "valve": "The valve drives the oscillation.",
     "tuning": "The controller gain is near the limit of stability.",
-    "external": "A load from outside drives the oscillation.",
+    "external": "A load from outside the loop drives the oscillation.",
     "sensor": "The PV signal is too coarse or has spikes that the controller follows.",
     "dead_zone": "PV does not respond in a range of OP at fixed values, as between two valves in split range.",
 }
@@ -124,7 +124,7 @@ def explain_reason(found: Findings) -> str:
 def _evidence(found: Findings) -> str:
     one, unit = found.identification, found.record.op_unit_short
     if one is None:
-        return "OP or PV does not vary enough to look for a valve."
+        return "OP or PV does not vary enough to identify a valve."
     size = "{} {} (95 % {} to {})".format(
         format_interval(one.S, one.S_low, one.S_high)[0], unit, *_ends(one.S, one.S_low, one.S_high)
     )
@@ -157,18 +157,19 @@ def _ends(value: float, low: float, high: float) -> tuple[str, str]:
 
 ALTERNATIVE_TEXT = {
     "good": "a good valve",
-    "deadband": "a valve with deadband alone",
+    "deadband": "a valve with deadband only",
     "dead_zone": "a good valve with a dead zone",
     "relay_load": "a good valve with a load that switches",
     "periodic_load": "a good valve with a periodic load",
 }
 """Explanations without stiction, as sentences name them."""
+MAX_EQUAL_FIT = 2.0
+"""Twice the log likelihood ratio below which two explanations fit about equally well [-] (kass1995)."""
 
 
 def _alternative_text(name: str, ratio: float) -> str:
-    fits = "fits worse" if ratio > 0.0 else "fits as well" if ratio == 0.0 else "fits better"
-    size = f" (2 ln of the likelihood ratio: {format_number(abs(ratio))})" if ratio else ""
-    return f"The closest other explanation, {ALTERNATIVE_TEXT[name]}, {fits}{size}."
+    fits = "fits about as well" if abs(ratio) < MAX_EQUAL_FIT else "fits worse" if ratio > 0.0 else "fits better"
+    return f"The closest other explanation, {ALTERNATIVE_TEXT[name]}, {fits}."
 
 
 def _oscillation(found: Findings) -> str:
@@ -195,7 +196,8 @@ def _dead_zone(found: Findings) -> str:
     if zone.crossed_rarely:
         return (
             f"PV does not respond in a part of OP's range between {zone.op_low:.1f} and {zone.op_high:.1f} {unit}. OP "
-            "crosses it too few times to tell a sticky valve from a dead zone at fixed OP, as between two valves in "
+            "crosses it too few times to distinguish a sticky valve from a dead zone at fixed OP, as between two "
+            "valves in "
             "split range."
         )
     return (

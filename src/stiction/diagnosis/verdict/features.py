@@ -79,10 +79,6 @@ def _of_process(compute: Callable[[FeatureInput], float], *, integrating: bool) 
     return lambda found: compute(found) if found.identification.process.integrating is integrating else math.nan
 
 
-def _jump_ratio(found: FeatureInput) -> float:
-    return found.identification.J / found.identification.S
-
-
 def _closest_ratio(found: FeatureInput) -> float:
     ratios = found.identification.likelihood_ratios
     return min(ratios[name] for name in ALTERNATIVES if name in ratios and name != "dead_zone")
@@ -129,7 +125,7 @@ FEATURES: tuple[Feature, ...] = (
     Feature("band_to_swing", "stiction band relative to the OP swing", "S / 98 % range of OP", "-", 1,
             lambda found: min(found.identification.S / found.op_swing, 1.5) if found.op_swing > 0.0 else math.nan),
     Feature("jump_ratio_integrating", "slip jump relative to the band, integrating process", "J / S", "-", 1,
-            _of_process(_jump_ratio, integrating=True)),
+            _of_process(lambda found: found.identification.J / found.identification.S, integrating=True)),
     Feature("stem_gain", "process gain from the sticky valve, with the sign that the controller expects",
             "asinh(gain / its standard error)", "-", 1, _signed_gain("stem")),
     Feature("stem_gain_beside_op", "the same where a good valve may act as well", "asinh(gain / its standard error)",

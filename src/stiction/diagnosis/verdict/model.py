@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from stiction.diagnosis.verdict.features import FEATURES
 from stiction.display.json_form import FOUR_DECIMALS, Result
-from stiction.errors import ParameterError
+from stiction.errors import require_probability
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -119,13 +119,21 @@ class StictionModel:
         ParameterError
             When the prior is not between 0 and 1.
         """
-        if not 0.0 < prior < 1.0:
-            raise ParameterError(
-                f"prior = {prior:g} is no share of sticky valves; give a number between 0 and 1, as 0.25."
-            )
+        require_probability("prior", prior)
         score = self.intercept + sum(one.log_odds for one in self.contributions(features))
         score += log_odds(prior) - log_odds(self.training_prior)
-        return 1.0 / (1.0 + math.exp(-score))
+        return logistic(score)
+
+
+def logistic(x: float) -> float:
+    """Probability of log odds `x` [-]; limited to 1e-26 from 0 and 1.
+
+    Examples
+    --------
+    >>> logistic(0.0), round(logistic(1.386), 3)
+    (0.5, 0.8)
+    """
+    return 1.0 / (1.0 + math.exp(-min(max(x, -60.0), 60.0)))
 
 
 def log_odds(probability: float) -> float:

@@ -48,9 +48,14 @@ def as_control_nonlinearity(valve: Valve, *, family: str | float = "half") -> An
     try:
         from control import DescribingFunctionNonlinearity
     except ImportError:
-        raise MissingExtraError("python-control is not installed; pip install 'stiction[control]'.") from None
+        raise MissingExtraError(
+            'python-control is not installed; install it with: pip install "stiction[control]"'
+        ) from None
     if is_rate_dependent(valve):
-        raise ParameterError(f"{type(valve).__name__} depends on the rate of its input; python-control has no N(A, w).")
+        raise ParameterError(
+            f"{type(valve).__name__} depends on the rate of its input, which python-control cannot represent; use "
+            "stiction.describing_function with omega."
+        )
 
     class StickyValve(DescribingFunctionNonlinearity):
         """A sticky valve."""

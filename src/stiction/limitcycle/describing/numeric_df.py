@@ -99,7 +99,7 @@ def numeric_df(
             continue
         if periods < 0:
             raise ConvergenceError(
-                f"the valve's motion under a sine of {amplitude:g} % did not repeat to {tolerance / 4:g} within "
+                f"the valve motion for a sine of {amplitude:g} % did not become periodic within {tolerance / 4:g} in "
                 f"{_MAX_PERIODS} periods; give a larger tolerance."
             )
         value = complex(real, imag)

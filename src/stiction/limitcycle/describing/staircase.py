@@ -61,7 +61,9 @@ def rest_level_offset(jump: float, family: str | float, rest: float = 0.0) -> fl
 def require_families(families: Iterable[str | float]) -> tuple[str | float, ...]:
     """Return families of rest levels as a tuple; raise when one is unknown."""
     if isinstance(families, str) or not isinstance(families, Iterable):
-        raise ParameterError(f"families = {families!r} is not a series; give for example ['half', 'integer'].")
+        raise ParameterError(
+            f"families = {families!r} is not a list of families; give for example ['half', 'integer']."
+        )
     found = tuple(families)
     for family in found:
         rest_level_offset(1.0, family)

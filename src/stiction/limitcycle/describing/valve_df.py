@@ -96,7 +96,7 @@ def describing_function(
     tolerance, centre = require_positive("tolerance", tolerance), require_finite("centre", centre, "% of span")
     if as_printed is not False:
         if not isinstance(valve, Stenman):
-            raise ParameterError(f"eqs. 6-7 are for Stenman's valve, not {type(valve).__name__}; drop as_printed.")
+            raise ParameterError(f"eqs. 6-7 are for Stenman's valve, not {type(valve).__name__}; leave as_printed out.")
         if as_printed not in (True, "roots repaired"):
             raise ParameterError(f"as_printed = {as_printed!r} is unknown; use True, False or 'roots repaired'.")
         return stenman_printed(valve.d, size, roots_repaired=as_printed == "roots repaired")

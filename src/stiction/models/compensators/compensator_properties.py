@@ -62,7 +62,7 @@ COMPENSATOR_PROPERTIES: dict[str, CompensatorProperties] = {
     "TwoMove": CompensatorProperties(
         {"S": _SPAN, "J": _SPAN, "band": _PV, "reach": _NUMBER, **_MOVE_SETTINGS}, "srinivasan2008b",
         tracks=True, rests=True,
-        note="needs S and J and a constant set point; an S or J that is too large does less harm than one too small",
+        note="needs S and J and a constant set point; too large an S or J does less harm than too small a one",
     ),
     "FourMove": CompensatorProperties(
         {"band": _PV, "reach": _NUMBER, "share": _NUMBER, **_MOVE_SETTINGS}, "cuadros2012b", tracks=True, rests=True,

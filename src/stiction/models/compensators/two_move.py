@@ -130,7 +130,8 @@ class TwoMove(Compensator):
         self._require(positive={"S": "% of span", "band": "PV units"}, not_negative={"J": "% of span"})
         if self.J > self.S:
             raise ParameterError(
-                f"J = {self.J:g} % exceeds S = {self.S:g} %: the rest position of such a stem does not follow from its "
+                f"J = {self.J:g} % exceeds S = {self.S:g} %: the rest position of such a stem cannot be computed from "
+                "its "
                 "input; give J <= S."
             )
         if self.move is not None:

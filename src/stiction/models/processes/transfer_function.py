@@ -61,7 +61,8 @@ class StateSpace:
         n = A.shape[0]
         if A.shape != (n, n) or B.shape != (n,) or C.shape != (n,):
             raise ParameterError(
-                f"A {A.shape}, B {B.shape} and C {C.shape} do not fit; give (n, n), (n,) and (n,): one input and one "
+                f"A {A.shape}, B {B.shape} and C {C.shape} do not fit together; give (n, n), (n,) and (n,): one input "
+                "and one "
                 "output."
             )
         if not (np.all(np.isfinite(A)) and np.all(np.isfinite(B)) and np.all(np.isfinite(C))):

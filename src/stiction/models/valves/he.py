@@ -66,7 +66,8 @@ class He(Valve):
         self._require_bands("fs", "fd")
         if self.fd > self.fs:
             raise ParameterError(
-                f"fd = {self.fd:g} % exceeds fs = {self.fs:g} %; dynamic friction is at most static friction."
+                f"fd = {self.fd:g} % exceeds fs = {self.fs:g} %; give fd <= fs, because dynamic friction is at most "
+                "static friction."
             )
 
     def parameters(self, dt: float) -> tuple[float, ...]:

@@ -99,10 +99,14 @@ class HeWang(Valve):
         object.__setattr__(self, "K", require_finite("K", self.K, "-"))
         if self.fd > self.fs:
             raise ParameterError(
-                f"fd = {self.fd:g} % exceeds fs = {self.fs:g} %; dynamic friction is at most static friction."
+                f"fd = {self.fd:g} % exceeds fs = {self.fs:g} %; give fd <= fs, because dynamic friction is at most "
+                "static friction."
             )
         if not 1.0 <= self.K <= 2.0:
-            raise ParameterError(f"K = {self.K:g} is outside 1 to 2; a slip ends between balance and full rebound.")
+            raise ParameterError(
+                f"K = {self.K:g} is outside 1 to 2; give 1 (the slip ends where the forces balance) to 2 (full "
+                "rebound)."
+            )
 
     def parameters(self, dt: float) -> tuple[float, ...]:
         """Bands (fs, fd) [% of span], fs widened by a tie, and K [-]."""

@@ -9,6 +9,7 @@ import numpy as np
 from stiction.records.gaps import forward_fill
 from stiction.records.quality.quantisation import ROUNDING, is_coarse, peak_to_peak
 from stiction.records.runs import runs
+from stiction.records.straight_line import fit_line
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -177,10 +178,10 @@ def controller_saw_hold(
         known = np.flatnonzero(np.isfinite(part))
         if known.size < 4:
             continue
-        k, part = known - known.mean(), part[known]
-        slope = float(k @ part) / float(k @ k)
-        if abs(slope) * float(np.ptp(k) + 1.0) > 3.0 * tolerance:
-            is_straight = np.abs(part - part.mean() - slope * k).max() <= tolerance
+        part = part[known]
+        line = fit_line(known, part)
+        if abs(line.slope) * float(np.ptp(known) + 1.0) > 3.0 * tolerance:
+            is_straight = np.abs(part - line.at(known)).max() <= tolerance
             straight, bent = straight + is_straight, bent + (not is_straight)
     return bool(straight >= min_holds and straight >= 4 * bent)
 

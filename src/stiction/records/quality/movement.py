@@ -6,23 +6,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.records.quality.quantisation import robust_range
-
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 __all__ = ["count_reversals", "detect_op_scale", "last_value_correlation"]
 
 
-def count_reversals(x: NDArray[np.float64], *, min_share: float = 0.15) -> int:
+def count_reversals(x: NDArray[np.float64], min_move: float = 0.0) -> int:
     """Count how often a signal reverses its direction.
 
     Parameters
     ----------
     x : ndarray, shape (n_samples,)
         A signal without NaN [any unit].
-    min_share : float
-        Smallest move that counts, before and after a reversal [share of the robust range].
+    min_move : float
+        Moves up to this, before or after a reversal, do not count [unit of `x`].
 
     Returns
     -------
@@ -35,10 +33,10 @@ def count_reversals(x: NDArray[np.float64], *, min_share: float = 0.15) -> int:
 
     Examples
     --------
-    >>> count_reversals(np.array([0.0, 5.0, 10.0, 9.9, 10.0, 4.0, 0.0, 8.0]))
-    2
+    >>> x = np.array([0.0, 5.0, 10.0, 9.9, 10.0, 4.0, 0.0, 8.0])
+    >>> count_reversals(x), count_reversals(x, 1.5)
+    (4, 2)
     """
-    min_move = min_share * robust_range(x)
     directions = np.sign(np.diff(x))
     directions = directions[moving := directions != 0.0]
     turning = x[:-1][moving][np.append(True, directions[1:] != directions[:-1])]

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.records.correlation import lagged_products
 from stiction.records.fast_length import next_fast_length
 from stiction.records.quality.compression import EXACT
 from stiction.records.quality.quantisation import ROUNDING, peak_to_peak
@@ -132,9 +133,8 @@ def _window_from_echo(op: NDArray[np.float64], pv: NDArray[np.float64]) -> int:
     differences = [np.diff(x, 3) for x in (op, pv)]
     if any(peak_to_peak(z) == 0.0 or np.median(np.abs(z)) < 0.3 * z.std() for z in differences):
         return 0
-    size = next_fast_length(n + n // 4 + 1)
-    powers = [_power(z - z.mean(), size) / (2.0 * n * z.var()) for z in differences]
-    echo = np.fft.irfft(powers[0] + powers[1], size)[: n // 4 + 1]
+    centred = [z - z.mean() for z in differences]
+    echo = np.sum([lagged_products(z, z, n // 4 + 1) / (2.0 * n * z.var()) for z in centred], axis=0)
     if echo.size < 13:
         return 0
     window = 4 + int(np.argmin(echo[4 : echo.size // 2 - 1]))

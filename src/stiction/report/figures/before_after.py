@@ -34,7 +34,7 @@ def before_after(trial: CompensationTrial) -> tuple[Figure, Figure] | None:
     names.sort(key=lambda name: (name != NO_ACTION, name == REPAIR))
     runs = {name: trial.trends[name] for name in names}
     steps = _step_times(next(iter(runs.values())))
-    text = "Simulated on the twin, one run with the same noise and load for each"
+    text = "Simulated, one run of each with the same noise and load"
     if steps:
         text += "; a step of the set point, then one of the load, at the vertical lines"
     pv = _stacked_panels(runs, {"sp": "SP (set point)", "pv": "PV (process variable)"}, "PV", steps, trial)

@@ -30,7 +30,7 @@ def contributions(view: LoopView) -> Figure | None:
     log_odds = np.array([value for _, value in plotted])
     plot = horizontal_bars(names, log_odds, text, "Log odds of stiction [-]")
     caption = (
-        "A bar to the right speaks for stiction, a bar to the left against it. With a prior of "
+        "A bar to the right is evidence for stiction, a bar to the left evidence against it. With a prior of "
         f"{labels.format_probability(view.diagnosis.prior)} and the average of all loops "
         f"({view.diagnosis.average_log_odds:+.2f}) they give a probability of stiction of "
         f"{labels.format_probability(view.diagnosis.probability)}."

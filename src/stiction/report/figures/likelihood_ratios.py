@@ -46,8 +46,9 @@ def likelihood_ratios(view: LoopView) -> Figure | None:
     ticks = [tick for tick in TICKS if min(x.min(), 0.0) - 0.1 <= log_evidence(tick) <= max(x.max(), 0.0) + 0.1]
     plot["layout"]["xaxis"] |= {"tickvals": [log_evidence(tick) for tick in ticks], "ticktext": [f"{k}" for k in ticks]}
     caption = (
-        "Twice the log likelihood ratio of the sticky valve over each explanation. Bar to the right: the sticky valve "
-        "predicts the PV better; to the left: the other explanation does. The first is the strongest alternative; "
+        "Twice the logarithm of the likelihood ratio. Bar to the right: the sticky valve "
+        "predicts the PV better; to the left: the other explanation predicts it better. The first is the strongest "
+        "alternative; "
         "those apart are not counted among the other explanations. The axis is linear up to 20 and logarithmic beyond."
     )
     return Figure(plot, "Sticky valve against other explanations", caption, height=90 + 36 * len(ratios))

@@ -93,8 +93,8 @@ def remedy_sensitivity(trial: CompensationTrial) -> Figure | None:
     ]  # fmt: skip
     for called, x, color, symbol in (
         ("as identified", plain, style.PV, "circle"),
-        ("an unlucky run (1 in 20)", seed, style.SECONDARY_COLOR, "line-ns-open"),
-        ("S and J off by 30 %, the worst", worst, style.OP, "diamond-open"),
+        ("the worst run in 20", seed, style.SECONDARY_COLOR, "line-ns-open"),
+        ("S and J wrong by 30 %, worst case", worst, style.OP, "diamond-open"),
     ):
         marker = {"color": color, "symbol": symbol, "size": 9, "line": {"width": 2, "color": color}}
         data.append({"type": "scatter", "mode": "markers", "x": x, "y": names, "name": called, "marker": marker})

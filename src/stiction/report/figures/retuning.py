@@ -31,11 +31,11 @@ def retuning(found: Retuning) -> Figure | None:
             [one for one in drawn if not one.allowed], "beyond the limits", style.SECONDARY_COLOR, "circle-open", 7
         ),
         _point_trace([one for one in drawn if one.allowed], "within the limits", style.PV, "circle", 8),
-        _point_trace(chosen, "the mildest that controls well", style.OP, "diamond", 12),
+        _point_trace(chosen, "the slowest with good control", style.OP, "diamond", 12),
     ]
     layout = {
-        "xaxis": {"type": "log", "title": {"text": "IAE of a load step, times the present"}},
-        "yaxis": {"rangemode": "tozero", "title": {"text": "PV std of the cycle left"}},
+        "xaxis": {"type": "log", "title": {"text": "IAE of a load step, relative to the present"}},
+        "yaxis": {"rangemode": "tozero", "title": {"text": "PV std of the remaining cycle"}},
         "shapes": [
             {
                 "type": "line", "x0": 1, "x1": 1, "y0": 0, "y1": 1, "yref": "paper", "layer": "below",

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.records.gaps import interpolate_gaps
+from stiction.records.straight_line import fit_line
 from stiction.report import labels, style
 from stiction.report.blocks import Figure
 from stiction.report.downsample import downsample
@@ -58,7 +59,7 @@ def spectrum(view: LoopView) -> Figure | None:
 def _amplitudes(y: NDArray[np.float64], dt: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Frequency [1/s] and amplitude of each line, trend removed, Hann window; gaps are interpolated."""
     k, filled = np.arange(y.size), interpolate_gaps(y)
-    level = filled - np.polyval(np.polyfit(k, filled, 1), k)
+    level = filled - fit_line(k, filled).at(k)
     window = np.hanning(y.size)
     amplitude = 2.0 / window.sum() * np.abs(np.fft.rfft(level * window))
     return np.fft.rfftfreq(y.size, dt).astype(np.float64), amplitude.astype(np.float64)

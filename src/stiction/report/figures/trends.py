@@ -73,7 +73,7 @@ def _caption(view: LoopView, masks: dict[str, NDArray[np.bool_]]) -> str:
         f"{labels.format_duration(record.dt)}.",
     ]
     if not view.diagnosis.loop_state.in_control:
-        sentences.append("The valve was not judged.")
+        sentences.append("The valve was not diagnosed.")
     elif view.is_analysed_whole:
         sentences.append("The whole record was analysed.")
     else:
@@ -81,7 +81,7 @@ def _caption(view: LoopView, masks: dict[str, NDArray[np.bool_]]) -> str:
     if masks:
         shares = (f"{labels.format_number(100.0 * mask.mean(), '%', 2)} {name}" for name, mask in masks.items())
         sentences.append(f"Hatched: {', '.join(shares)}.")
-    return " ".join([*sentences, "Drag over a stretch to zoom; both plots follow."])
+    return " ".join([*sentences, "Drag over a stretch to zoom in both plots."])
 
 
 def _hatched(view: LoopView, name: str, mask: NDArray[np.bool_], axes: list[str]) -> list[dict[str, Any]]:

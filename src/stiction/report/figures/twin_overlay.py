@@ -46,7 +46,7 @@ def twin_overlay(twin: Twin, pv_unit: str) -> Figure | None:
         )
     )
     caption = (
-        "Three periods of the record and of the twin, which runs on its own, shifted in phase. "
+        "Three periods of the record and of the twin, which is simulated without the record, shifted in phase. "
         f"Period {periods}, PV amplitude {pv}, OP amplitude {op}."
     )
     return Figure({"data": data, "layout": layout}, "The twin over the record", caption, height=380)

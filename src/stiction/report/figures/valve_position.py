@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stiction.records.straight_line import fit_line
 from stiction.report import labels, style
 from stiction.report.blocks import Figure
 from stiction.report.last_periods import last_periods, rests_before_slips
@@ -90,11 +91,13 @@ def _in_unit_of_op(
     both = np.isfinite(measured) & np.isfinite(estimated)
     if both.sum() < 3 or not np.ptp(estimated[both]) > 0.0:
         return measured, "measured"
-    slope, level = np.polyfit(estimated[both], measured[both], 1)
+    line = fit_line(estimated[both], measured[both])
     apart = abs(float(np.mean(measured[both] - estimated[both])))
-    if slope == 0.0 or (SAME_UNIT_SLOPES[0] < slope < SAME_UNIT_SLOPES[1] and apart < float(np.ptp(estimated[both]))):
+    if line.slope == 0.0 or (
+        SAME_UNIT_SLOPES[0] < line.slope < SAME_UNIT_SLOPES[1] and apart < float(np.ptp(estimated[both]))
+    ):
         return measured, "measured"
-    return (measured - level) / slope, f"measured, converted to {unit}"
+    return line.x_mean + (measured - line.y_mean) / line.slope, f"measured, converted to {unit}"
 
 
 def _dimensions(

@@ -354,7 +354,9 @@ def change_units(
 
 def _require_share(share: float, most: float = 1.0) -> float:
     if not 0.0 <= share <= most:
-        raise ParameterError(f"share = {share:g} is outside 0 to {most:g}; give the share of the record.")
+        raise ParameterError(
+            f"share = {share:g} is outside 0 to {most:g}; give the share of the record within these limits."
+        )
     return float(share)
 
 

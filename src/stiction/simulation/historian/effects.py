@@ -117,5 +117,5 @@ def apply_effect(record: LoopRecord, effect: str, strength: float, seed: int = 0
     if effect not in EFFECTS:
         raise ParameterError(f"effect {effect!r} is unknown; use {', '.join(EFFECTS)}.")
     if not 0.0 <= strength <= 1.0:
-        raise ParameterError(f"strength = {strength:g} is outside 0 to 1; 1 is the worst of each effect.")
+        raise ParameterError(f"strength = {strength:g} is outside 0 to 1; give 0 (no effect) to 1 (largest effect).")
     return EFFECTS[effect](record, strength, seed)

@@ -286,7 +286,9 @@ def quantise_signals(record: LoopRecord, *, op: float = 0.0, pv: float = 0.0) ->
 
 def _require_longer_period(record: LoopRecord, dt: float) -> None:
     if require_positive("dt", dt, "s") < record.dt * (1.0 - 1e-9):
-        raise ParameterError(f"dt = {dt:g} s is shorter than the record's {record.dt:g} s; give this or more.")
+        raise ParameterError(
+            f"dt = {dt:g} s is shorter than the record's {record.dt:g} s; give {record.dt:g} s or more."
+        )
 
 
 def _tick_indices(record: LoopRecord, dt: float) -> NDArray[np.intp]:

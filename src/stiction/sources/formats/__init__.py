@@ -49,4 +49,4 @@ def read_format(source: ByteSource, options: ReadOptions) -> list[RawTable]:
     for page in FORMATS:
         if page.recognises(source.head, source.origin.name):
             return page.read(source, options)
-    raise RecordError(f"{source.origin.name}: is binary, not text; export the loop as CSV, Parquet or Excel.")
+    raise RecordError("is binary, not text; export the loop as CSV, Parquet or Excel.", where=source.origin.name)

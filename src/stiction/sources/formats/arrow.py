@@ -29,7 +29,7 @@ def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
 
     name = source.origin.name
     if source.head.startswith(b"FEA1"):
-        raise RecordError(f"{name}: is a Feather file of version 1, which is not read; save it as Parquet.")
+        raise RecordError("is a Feather file of version 1, which cannot be read; save it as Parquet.", where=name)
     with damage_refused(name):
         stream = source.head.startswith(STREAM_START)
         frame = pl.read_ipc_stream(source.path) if stream else pl.scan_ipc(source.path, glob=False)

@@ -67,18 +67,18 @@ def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
         names = visible if options.sheet is None else [_sheet_named(options.sheet, visible, name)]
         sheets = [(sheet, *_rows_of(book.get_sheet_by_name(sheet), source)) for sheet in names]
     except PasswordError:
-        raise RecordError(f"{name}: is encrypted; save it without a password.") from None
+        raise RecordError("is encrypted; save it without a password.", where=name) from None
     except (RecordError, ParameterError):
         raise
     except BaseException as error:
         if not isinstance(error, (CalamineError, OSError, ValueError, EOFError)) and not _is_panic(error):
             raise
         if b"E\0n\0c\0r\0y\0p\0t\0e\0d\0P\0a\0c\0k\0a\0g\0e" in source.path.read_bytes():
-            raise RecordError(f"{name}: is encrypted; save it without a password.") from None
+            raise RecordError("is encrypted; save it without a password.", where=name) from None
         raise damaged_workbook(name, error) from None
     tables = [table for sheet in sheets if (table := _make_table(source.origin, *sheet, options)) is not None]
     if not tables:
-        raise RecordError(f"{name}: no sheet holds a table of numbers; write one row per time, with a header.")
+        raise RecordError("no sheet contains a table of numbers; write one row per time, with a header.", where=name)
     if len(tables) == 1 and (options.sheet is None or DEFAULT_SHEET_NAME.fullmatch(options.sheet)):
         tables[0].origin = replace(tables[0].origin, stem=source.origin.stem)
     return tables
@@ -108,7 +108,7 @@ def _sheet_named(asked: str, names: Sequence[str], file: str) -> str:
     for name in names:
         if name.strip().casefold() == asked.strip().casefold():
             return name
-    raise ParameterError(f"{file}: has no sheet {asked!r}; give one of {', '.join(names[:10])}.")
+    raise ParameterError(f"has no sheet {asked!r}; give one of {', '.join(names[:10])}.", where=file)
 
 
 def _rows_of(sheet: Any, source: ByteSource) -> tuple[list[list[Any]], list[int]]:

@@ -50,7 +50,7 @@ def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
         remedy = "save time, pv, op and sp as vectors of one length"
         if objects:
             remedy = f"{', '.join(objects[:5])} can only be read by MATLAB; write it with writetimetable(x, 'loop.csv')"
-        raise RecordError(f"{source.origin.name}: holds no vectors of numbers; {remedy}.")
+        raise RecordError(f"contains no vectors of numbers; {remedy}.", where=source.origin.name)
     named = [(path, columns) for path, columns in loops if path.casefold() == (options.tag or "").casefold()]
     return [_make_table(source.origin, path, columns) for path, columns in named or loops]
 
@@ -73,8 +73,9 @@ def _load_hdf5(source: ByteSource) -> dict[str, Any]:
         import h5py
     except ImportError:
         raise MissingExtraError(
-            f"{source.origin.name}: is a MATLAB 7.3 file, which needs h5py; pip install 'stiction[matlab]', or save it "
-            "with save(..., '-v7')."
+            "is a MATLAB 7.3 file, which needs h5py; save it with save(..., '-v7'), or "
+            'install h5py with: pip install "stiction[matlab]"',
+            where=source.origin.name,
         ) from None
     from stiction.sources.formats.matlab_hdf5 import read_group
 
@@ -138,7 +139,7 @@ def _has_valid_tags(data: memoryview, order: Literal["little", "big"]) -> bool:
 
 def _damaged(source: ByteSource, error: Exception) -> RecordError:
     text = " ".join(str(error).split())[:200].rstrip(".") or type(error).__name__
-    return RecordError(f"{source.origin.name}: is damaged ({text}); save it again in MATLAB.")
+    return RecordError(f"is damaged ({text}); save it again in MATLAB.", where=source.origin.name)
 
 
 def _make_table(origin: Origin, path: str, columns: dict[str, np.ndarray]) -> RawTable:

@@ -48,8 +48,9 @@ def _read_item(item: Any, name: str, max_bytes: int, depth: int) -> Any:
         return MatlabObject()
     if 8 * (item.size or 0) > max_bytes:
         raise RecordError(
-            f"{name}: {item.name} is larger than {max_bytes:,} bytes",
+            f"{item.name} is larger than {max_bytes:,} bytes",
             remedy=("save a part, or allow more with ", Setting("max_bytes")),
+            where=name,
         )
     kind = item.attrs.get("MATLAB_class", b"")
     values = item[()]

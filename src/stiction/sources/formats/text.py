@@ -41,7 +41,7 @@ def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
     """Read a text table: one table with text columns; an empty cell is null, or "" when it stood in quotes."""
     name, encoding = source.origin.name, find_encoding(source.head)
     if encoding is None:
-        raise RecordError(f"{name}: is binary, not text; export the loop as CSV.")
+        raise RecordError("is binary, not text; export the loop as CSV.", where=name)
     path, encoding = to_utf8(source, encoding)
     head = _read_head(path, name)
     dialect = sniff_text(name, head[:SNIFF_ROWS], options.delimiter, options.decimal)
@@ -51,8 +51,9 @@ def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
     path = rows.run(path, source.scratch.path() / f"{source.path.name}.rows", skip_lines=skip_lines, end=end)
     if mark == "," and len(rows.torn_numbers) > MAX_TORN_SHARE * rows.n_rows:
         raise RecordError(
-            f"{name}: has commas between columns and within numbers, such as {rows.torn_numbers[0]}; export it with "
-            "semicolons between columns, or with such numbers in quotes."
+            f"has commas between columns and within numbers, such as {rows.torn_numbers[0]}; export it with "
+            "semicolons between columns, or with such numbers in quotes.",
+            where=name,
         )
     has_padding = re.search(rf'[ \t](["\r\n]|{re.escape(mark)})|(["\n]|{re.escape(mark)})[ \t]|="', "".join(head))
 
@@ -72,10 +73,11 @@ def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
             frame = lazy.select(f"c{i}" for i in positions).collect()
         except (pl.exceptions.PolarsError, OSError) as error:
             reason = str(error).strip().partition("\n")[0]
-            raise RecordError(f"{name}: cannot be split into columns ({reason}); export it as plain CSV.") from None
+            raise RecordError(f"cannot be split into columns ({reason}); export it as plain CSV.", where=name) from None
         if frame.height != rows.n_rows:
             raise RecordError(
-                f"{name}: has {rows.n_rows} rows of data, of which {frame.height} were read; export it as plain CSV."
+                f"has {rows.n_rows} rows of data, of which {frame.height} were read; export it as plain CSV.",
+                where=name,
             )
         return frame.select(pl.all().str.strip_chars().str.replace(r'^="(.*)"$', "$1")) if has_padding else frame
 

@@ -67,18 +67,22 @@ def sniff_text(name: str, lines: list[str], delimiter: str | None, decimal: str 
     if best is None and not problem:
         first_line = lines[0].strip()[:60] if lines else ""
         raise RecordError(
-            f"{name}, line 1: no row of numbers was found (the file begins {first_line!r}); "
-            "export a table with a header and one row of numbers per sample."
+            f"no row of numbers was found (the file begins {first_line!r}); "
+            "export a table with a header and one row of numbers per sample.",
+            where=f"{name}, line 1",
         )
     if best is not None:
         problem = _find_split_numbers(best[0], best[1])
     if best is None or problem:
-        raise RecordError(f"{name}: holds {problem}; export it with semicolons between columns, or without quotes.")
+        raise RecordError(
+            f"contains {problem}; export it with semicolons between columns, or without quotes.", where=name
+        )
     dialect, rows, first_line = best
     if _lacks_name(dialect, rows):
         raise RecordError(
-            f"{name}: has {dialect.width - 1} names over {dialect.width} columns; write one name over each column, so "
-            "that it is clear which is which."
+            f"has {dialect.width - 1} names for {dialect.width} columns; write one name above each column, so "
+            "that it is clear which is which.",
+            where=name,
         )
     return replace(dialect, first_row=first_line)
 

@@ -136,7 +136,9 @@ class RowRepair:
             if reader.line_num > 1 and not may_end:
                 raise csv.Error("a cell in quotes goes on over the next line; take the quote or the line break out")
         except csv.Error as error:
-            raise RecordError(f"{self.name}, line {number}: cannot be split into columns ({error}).") from None
+            raise RecordError(
+                f"cannot be split into columns ({error}); correct the line.", where=f"{self.name}, line {number}"
+            ) from None
         return row
 
     def _write(self, row: list[str], number: int) -> bytes:
@@ -187,8 +189,8 @@ def _blocks(file: BinaryIO, end: int) -> Iterator[bytes]:
 def line_too_long(name: str, line: int) -> RecordError:
     """Make the error for a line longer than `MAX_LINE_LENGTH`."""
     return RecordError(
-        f"{name}, line {line}: is longer than {MAX_LINE_LENGTH} characters; export one row per sample, each on a line "
-        "of its own."
+        f"is longer than {MAX_LINE_LENGTH} characters; export one row per sample, each on a line of its own.",
+        where=f"{name}, line {line}",
     )
 
 

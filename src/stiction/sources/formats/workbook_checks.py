@@ -84,8 +84,9 @@ def require_area(source: ByteSource, n_rows: int, n_columns: int) -> None:
     max_columns = MAX_COLUMNS_XLS if source.head.startswith(OLE_START) else MAX_COLUMNS
     if n_columns > max_columns or n_rows * n_columns * CELL_BYTES > source.max_bytes:
         raise RecordError(
-            f"{source.origin.name}: a sheet reaches to row {n_rows:,} and column {n_columns:,}, more cells than "
-            f"{source.max_bytes:,} bytes hold; delete cells that stand far from the table, or save it as CSV."
+            f"a sheet reaches to row {n_rows:,} and column {n_columns:,}, which needs more than "
+            f"{source.max_bytes:,} bytes; delete cells that stand far from the table, or save it as CSV.",
+            where=source.origin.name,
         )
 
 
@@ -100,4 +101,4 @@ def _column_number(letters: bytes) -> int:
 def damaged_workbook(name: str, error: BaseException) -> RecordError:
     """Make the error of a workbook that cannot be read."""
     text = " ".join(str(error).split()).rstrip(".") or type(error).__name__
-    return RecordError(f"{name}: is damaged ({text}); open it in Excel and save it again.")
+    return RecordError(f"is damaged ({text}); open it in Excel and save it again.", where=name)

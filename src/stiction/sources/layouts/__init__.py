@@ -92,6 +92,6 @@ def _join(tables: Sequence[RawTable]) -> RawTable:
 
     shown = ", ".join(table.origin.name for table in tables[:5])
     more = f" and {len(tables) - 5} more" if len(tables) > 5 else ""
-    note = f"{len(tables)} tables with the same headings are joined in this order: {shown}{more}."
+    note = f"{len(tables)} tables with the same headings were joined in this order: {shown}{more}."
     notes = [*dict.fromkeys(text for table in tables for text in table.notes), note]
     return replace(tables[0], reader=read, notes=notes, _columns={})

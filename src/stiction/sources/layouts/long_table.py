@@ -109,7 +109,7 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
         stamped = [i for i in range(table.width) if i not in found.values() and headings.is_stamp_column(table, i)]
         clock, time = headings.find_clock(table, options, only=stamped[0]) if stamped else (None, set())
     if clock is None:
-        raise RecordError(f"{table.origin.name}: is a long table without a time column; export the time stamps too.")
+        raise RecordError("is a long table without a time column; export the time stamps too.", where=table.origin.name)
     # One kind of column after the other, and none for longer than it is needed: a text column takes much memory.
     readable = headings.readable_rows(table, clock.stamps)
     table.drop(time - set(found.values()))
@@ -131,7 +131,8 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
     table.drop(found[key] for key in _TEXTS if key in found)
     if tags.height > MAX_TAGS:
         raise RecordError(
-            f"{table.origin.name}: holds {tags.height} tags; {MAX_TAGS} are read at once, export fewer loops."
+            f"contains {tags.height} tags, but at most {MAX_TAGS} can be read at once; export fewer loops.",
+            where=table.origin.name,
         )
     # Each owner with one signal is a description, not a loop.
     is_loop = (pl.col("owner") != "") & (pl.lit(tags.height) > pl.col("owner").n_unique())

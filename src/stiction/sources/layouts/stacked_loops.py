@@ -56,7 +56,7 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
     groups = tags.to_frame().with_row_index("row").filter(pl.col("tag") != "")
     groups = groups.group_by("tag", maintain_order=True).agg("row")
     if not _are_loops(groups, pl.DataFrame([tags, *times])):
-        table.notes.append("The column of names does not name loops: its rows follow each other in time.")
+        table.notes.append("The column of names does not name loops: its rows are in the order of time.")
         return [column for column in wide.read(table, options) if column.position != tag_position]
     is_long = pl.col("row").list.len() >= MIN_LOOP_ROWS
     if short := groups.filter(~is_long)["tag"].to_list():

@@ -47,7 +47,9 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
     """Give the tag of each block with its rows; blocks of the same tag are joined."""
     clock, no_signals = headings.find_clock(table, options)
     if clock is None:
-        raise RecordError(f"{table.origin.name}: holds tags below each other without times; export the times too.")
+        raise RecordError(
+            "contains tags one below the other, without times; export the times too.", where=table.origin.name
+        )
     lines = _lines_between(table)
     readable = readable_rows(table, clock.stamps, ignored=np.array([row for row, *_ in lines], dtype=np.int64))
     names = [headings.last_tag(table), *(name for _, name, _ in lines if name)]
@@ -66,7 +68,7 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
     whole.quality = headings.heading_column(table, quality[0], clock).load if quality else None
     picked = [np.concatenate(parts) for parts in rows.values()]
     clocks = share_clocks([pick_stamps(clock, one) for one in picked])
-    table.notes.append(f"The table holds {len(rows)} tags below each other, each under a line with its name.")
+    table.notes.append(f"The table contains {len(rows)} tags one below the other, each under a line with its name.")
     return [
         pick_rows(whole, one, own, name=name, unit=units[name], position=None, own_clock=True)
         for name, one, own in zip(rows, picked, clocks, strict=True)

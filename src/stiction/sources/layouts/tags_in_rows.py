@@ -61,7 +61,7 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
         sample=[list(row) for row in turned.head(SNIFF_ROWS).iter_rows()],
         width=turned.width,
         reader=lambda positions: turned.select(turned.columns[i] for i in positions),
-        notes=[*table.notes, "The table is turned: its tags stand in rows and its times in columns."],
+        notes=[*table.notes, "The table is transposed: tags are in rows and times in columns."],
         above=[],
         _columns={},
     )

@@ -72,7 +72,7 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
     table.drop(times)
     is_one_clock = len(set(map(id, clocks.values()))) == 1
     if is_one_clock:
-        table.notes.append(f"The {len(times)} time columns hold the same times.")
+        table.notes.append(f"The {len(times)} time columns contain the same times.")
     columns = []
     for i in range(table.width):
         time = max(time for time in times if time <= i)

@@ -39,8 +39,9 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
     """Give the columns of a wide table; in a sparse one, each with the rows at which it was stored."""
     if not any(table_headings(table).names) and not options.columns and options.map is None:
         raise RecordError(
-            f"{table.origin.name}, line {table.first_line}: there is no header above the {table.width} columns",
-            remedy=("say what they are, for example ", Setting("columns", {"time": 0, "pv": 1, "op": 2})),
+            f"there is no header above the {table.width} columns",
+            remedy=("name them, for example with ", Setting("columns", {"time": 0, "pv": 1, "op": 2})),
+            where=f"{table.origin.name}, line {table.first_line}",
         )
     clock, no_signals = find_clock(table, options)
     columns = [heading_column(table, i, clock) for i in range(table.width) if i not in no_signals]

@@ -44,7 +44,7 @@ def assign_roles(
     or another number, only the loop of these columns is given. A mapping file settles all roles.
     """
     if not columns:
-        raise RecordError(f"{name or 'The source'}: has no columns beside the time; export PV and OP of a loop.")
+        raise RecordError("has no columns except the time; export PV and OP of a loop.", where=name or "The source")
     source = columns[0].table.origin.name
     if map_rows is not None:
         loops = apply_map(columns, map_rows)
@@ -72,17 +72,17 @@ def _choose_column(role: str, name: str | int, columns: Sequence[TagColumn]) -> 
     """Find the column that the user names for a role, by its name or by its number (from 0)."""
     source, text = columns[0].table.origin.name, str(name).strip()
     if role not in ROLES:
-        raise ParameterError(f"{role!r} is no signal; name columns for time, {', '.join(ROLES)}.")
+        raise ParameterError(f"{role!r} is not a signal; name columns for time, {', '.join(ROLES)}.")
     by_name = (c for c in columns if isinstance(name, str) and c.name.strip().upper() == text.upper())
     by_number = (c for c in columns if text == str(c.position))
     if column := next(by_name, None) or next(by_number, None):
         return column
     if text.lstrip("-").isdigit():
         last = columns[0].table.width - 1
-        raise RecordError(f"{source}: has no column {text} for {role.upper()}; they are numbered 0 to {last}.")
+        raise RecordError(f"has no column {text} for {role.upper()}; they are numbered 0 to {last}.", where=source)
     names = ", ".join(column.name for column in columns[:MAX_LISTED] if column.name)
     shown = names or "none, as the file has no header: give a number from 0"
-    raise RecordError(f"{source}: has no column {name!r} for {role.upper()}; its columns are {shown}.")
+    raise RecordError(f"has no column {name!r} for {role.upper()}; its columns are {shown}.", where=source)
 
 
 def _put_chosen(chosen: dict[str, TagColumn], groups: list[TagGroup]) -> TagGroup | None:
@@ -144,20 +144,20 @@ def _make_loops(
         found = {role for group in groups for role in group.columns}
         no_op = "the controller output OP is missing: export it too, or " if "pv" in found and "op" not in found else ""
         raise RecordError(
-            f"{source}, line {max(1, columns[0].table.first_line - 1)}: no loop with OP and PV or valve position (MV) "
-            f"was found among the columns {names}{recognised}",
+            f"no loop with OP and PV or valve position (MV) was found among the columns {names}{recognised}",
             remedy=(
-                f"{no_op}say which is which with ",
+                f"{no_op}assign the columns with ",
                 Setting("columns", {"op": None, "pv": None}),
                 " or ",
                 Setting("columns", {"op": None, "mv": None}),
                 ", or with a map",
             ),
+            where=f"{source}, line {max(1, columns[0].table.first_line - 1)}",
         )
     doubled = {id(group): text for group in usable if (text := _role_with_two(group))}
     for group in usable:
         if id(group) in doubled and (len(doubled) == len(usable) or tag.lower() == group.tag.lower()):
-            raise RecordError(f"{source}: {doubled[id(group)]}")
+            raise RecordError(f"{doubled[id(group)]}", where=source)
     notes = [f"Left out: {text}" for text in doubled.values()]
     left = [group.tag for group in groups if group.tag and group not in usable and group.has_numbers]
     if left and wanted is None:
@@ -199,14 +199,15 @@ def _choose_loop(loops: list[LoopRoles], options: ReadOptions, source: str) -> l
         listed = ", ".join(loop.tag or stem for loop in loops[:MAX_LISTED])
         if len(loops) == 1 and options.map is None and set(options.columns) & set(NUMERIC_ROLES):
             raise RecordError(
-                f"{source}: ",
+                "",
                 Setting("columns"),
-                f" names columns of the loop {listed}, ",
+                f" assigns columns of the loop {listed}, but ",
                 Setting("tag"),
-                f" the loop {options.tag}",
+                f" asks for the loop {options.tag}",
                 remedy="leave one of them out",
+                where=source,
             )
-        raise RecordError(f"{source}: has no loop {options.tag!r}; its loops are {listed}.")
+        raise RecordError(f"has no loop {options.tag!r}; its loops are {listed}.", where=source)
     return chosen[:1]
 
 

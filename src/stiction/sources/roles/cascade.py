@@ -36,7 +36,9 @@ def find_secondary_tags(
     masters = {tag.lower(): master for tag, master in (masters or {}).items() if master}
     tags = {record.tag.lower() for record in records}
     if unknown := [master for master in masters.values() if master.lower() not in tags]:
-        raise RecordError(f"The map names {unknown[0]!r} as a master, but the source has no such loop; correct it.")
+        raise RecordError(
+            f"The map names {unknown[0]!r} as a master, but the source has no such loop; correct the map."
+        )
     by_map = {master.lower(): record.tag for record in records if (master := masters.get(record.tag.lower()))}
     free = [(one, one.sp) for one in records if one.sp is not None and one.tag.lower() not in masters]
 

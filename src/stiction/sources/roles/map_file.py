@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stiction.errors import RecordError
+from stiction.records.atomic_write import write_atomically
 from stiction.sources.roles.loop_roles import ROLES, LoopRoles, column_label
 from stiction.sources.roles.vocabulary import loop_type_of
 
@@ -67,18 +68,20 @@ def read_map(path: str | PathLike[str]) -> list[MapRow]:
     try:
         text = Path(path).read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
-        raise RecordError(f"{path}: is no UTF-8 text; save the map as CSV in UTF-8.") from None
+        raise RecordError("is not UTF-8 text; save the map as CSV in UTF-8.", where=path) from None
     except OSError as error:
-        raise RecordError(f"{path}: the map cannot be read ({error.strerror}); check the path.") from None
+        raise RecordError(f"the map cannot be read ({error.strerror}); check the path.", where=path) from None
     lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
     if not lines:
-        raise RecordError(f"{path}: the map is empty; write one with stiction read FILE --write-map MAP.")
+        raise RecordError("the map is empty; write one with stiction read FILE --write-map MAP.", where=path)
     delimiter = max(",;\t", key=lines[0][1].count)
     header = [cell.strip().lower() for cell in next(csv.reader([lines[0][1]], delimiter=delimiter))]
     if unknown := [name for name in header if name not in COLUMNS]:
-        raise RecordError(f"{path}, line {lines[0][0]}: unknown column {unknown[0]!r}; use {', '.join(COLUMNS)}.")
+        raise RecordError(
+            f"column {unknown[0]!r} is unknown; use {', '.join(COLUMNS)}.", where=f"{path}, line {lines[0][0]}"
+        )
     if absent := [name for name in COLUMNS[:3] if name not in header]:
-        raise RecordError(f"{path}, line {lines[0][0]}: has no column {absent[0]!r}; add it.")
+        raise RecordError(f"has no column {absent[0]!r}; add it.", where=f"{path}, line {lines[0][0]}")
     rows = []
     for number, line in lines[1:]:
         cells = [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))]
@@ -93,9 +96,11 @@ def _row(cells: dict[str, str], place: str, delimiter: str) -> MapRow:
     """One row, checked by itself."""
     role = " ".join(cells.get("role", "").lower().split())
     if not cells.get("tag") or not cells.get("loop"):
-        raise RecordError(f"{place}: tag or loop is empty; fill in both, or delete the line.")
+        raise RecordError("tag or loop is empty; fill in both, or delete the line.", where=place)
     if role not in MAP_ROLES:
-        raise RecordError(f"{place}: unknown role {cells.get('role', '')!r}; use one of {', '.join((*ROLES, UNUSED))}.")
+        raise RecordError(
+            f"role {cells.get('role', '')!r} is unknown; use one of {', '.join((*ROLES, UNUSED))}.", where=place
+        )
     ends: dict[str, float] = {}
     for name in ("low", "high"):
         if text := cells.get(name, ""):
@@ -104,12 +109,14 @@ def _row(cells: dict[str, str], place: str, delimiter: str) -> MapRow:
             except ValueError:
                 ends[name] = math.nan
             if not math.isfinite(ends[name]):
-                raise RecordError(f"{place}: {name} = {text!r} is no number; give the value at an end of the span.")
+                raise RecordError(
+                    f"{name} = {text!r} is not a number; give the value at this end of the span.", where=place
+                )
     if len(ends) == 1:
-        raise RecordError(f"{place}: gives only one of low and high; give both, or none.")
+        raise RecordError("gives only one of low and high; give both, or none.", where=place)
     if ends and not ends["low"] < ends["high"]:
         given = "low = {low:g} is not below high = {high:g}".format(**ends)
-        raise RecordError(f"{place}: {given}; give the values at 0 % and at 100 %.")
+        raise RecordError(f"{given}; give the values at 0 % and at 100 %.", where=place)
     unit, area, master, importance = (cells.get(name, "") for name in ("unit", "area", "master", "importance"))
     low, high = ends.get("low"), ends.get("high")
     return MapRow(cells["tag"], cells["loop"], role, unit, low, high, area, master, importance, place)
@@ -119,22 +126,24 @@ def _check(rows: list[MapRow], path: str) -> None:
     """Check the rows together."""
     if not rows:
         raise RecordError(
-            f"{path}: the map has no rows below its header that name a signal; add tag, loop and role of each."
+            "the map has no rows below its header that assign a tag; add tag, loop and role of each signal.", where=path
         )
     by_role: dict[tuple[str, str], MapRow] = {}
     by_tag: dict[str, MapRow] = {}
     for row in rows:
         if (other := by_role.setdefault((row.loop.lower(), row.role), row)) is not row:
-            has = f"{row.tag!r} is the {row.role.upper()} of {row.loop}, but {other.tag!r} is already"
-            raise RecordError(f"{row.place}: {has}; keep one of them.")
+            has = f"{row.tag!r} is the {row.role.upper()} of {row.loop}, but {other.tag!r} is it already"
+            raise RecordError(f"{has}; keep one of them.", where=row.place)
         if (other := by_tag.setdefault(row.tag.lower(), row)) is not row:
-            has = f"{row.loop} ({row.role}), but {other.loop} ({other.role}) has it already"
-            raise RecordError(f"{row.place}: {row.tag!r} is claimed by {has}; a tag has one role in one loop.")
+            has = f"{row.role} of {row.loop} and as {other.role} of {other.loop}"
+            raise RecordError(f"{row.tag!r} is in the map twice: as {has}; keep one of them.", where=row.place)
     for row in rows:
         if (row.loop.lower(), "op") not in by_role:
-            raise RecordError(f"{row.place}: loop {row.loop} has no row with role op; add its controller output.")
+            raise RecordError(f"loop {row.loop} has no row with role op; add its controller output.", where=row.place)
         if row.master and row.master.lower() == row.loop.lower():
-            raise RecordError(f"{row.place}: {row.loop} is its own master; name the loop whose OP is its set point.")
+            raise RecordError(
+                f"{row.loop} is its own master; give the loop whose OP is its set point.", where=row.place
+            )
 
 
 def apply_map(columns: Sequence[TagColumn], rows: Sequence[MapRow]) -> list[LoopRoles]:
@@ -153,7 +162,7 @@ def apply_map(columns: Sequence[TagColumn], rows: Sequence[MapRow]) -> list[Loop
         column = by_name.get(row.tag.lower())
         if column is None:
             listed = ", ".join(map(column_label, columns[:20]))
-            raise RecordError(f"{row.place}: tag {row.tag!r} is not in the source; its columns are {listed}.")
+            raise RecordError(f"tag {row.tag!r} is not in the source; its columns are {listed}.", where=row.place)
         loop = loops.setdefault(row.loop.lower(), LoopRoles(row.loop, {}, loop_type_of(row.loop)))
         loop.roles[row.role] = column
         loop.area, loop.master = loop.area or row.area, loop.master or row.master
@@ -186,7 +195,4 @@ def map_text(loops: Sequence[LoopRoles]) -> str:
 
 def write_map(loops: Sequence[LoopRoles], path: str | PathLike[str]) -> None:
     """Write the roles of loops as a mapping file; an existing file is replaced in one step."""
-    target = Path(path)
-    draft = target.with_name(f".{target.name}.part")
-    draft.write_text(map_text(loops), encoding="utf-8")
-    draft.replace(target)
+    write_atomically(map_text(loops), path)

@@ -64,8 +64,9 @@ def align_tags(
     kinds = sorted({tag.stamps.kind for tag in tags})
     if len(kinds) > 1:
         raise RecordError(
-            f"{name}: the tags have time stamps of different kinds ({', '.join(kinds)})",
+            f"the tags have time stamps of different kinds ({', '.join(kinds)})",
             remedy=("export all with a zone, or give the zone of the others with ", Setting("timezone")),
+            where=name,
         )
     different = {id(tag.stamps): tag.stamps for tag in tags}
     sorted_rows = {key: _sort_rows(stamps) for key, stamps in different.items()}
@@ -104,8 +105,8 @@ def align_tags(
     aligned.notes += dict.fromkeys(note for tag in tags for note in tag.stamps.notes)
     aligned.notes += dict.fromkeys(note for own, _ in sorted_rows.values() for note in own.notes)
     aligned.notes.append(
-        f"{n_values} values of {count_noun(len(tags), 'tag')}, each on its own time stamps: a value stands until the "
-        f"next{how}."
+        f"{n_values} values of {count_noun(len(tags), 'tag')}, each tag with its own time stamps: a value is used "
+        f"until the next one{how}."
     )
     aligned.notes += grid.notes
     return aligned
@@ -128,7 +129,9 @@ def _note_repeated_stamps(name: str, values: NDArray, is_last: NDArray[np.bool_]
     """Say how many values were dropped because another one has their time stamp."""
     standing = values[is_last][np.cumsum(is_last) - is_last]
     n_other = int(((values != standing) & ~(np.isnan(values) & np.isnan(standing))).sum())
-    note = f"Left out: {count_noun(n_other, 'value')} of {name} with the time stamp of the next, which is another."
+    note = (
+        f"Left out: {count_noun(n_other, 'value')} of {name} with the same time stamp as the next value, which differs."
+    )
     return [note] if n_other else []
 
 

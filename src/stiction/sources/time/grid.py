@@ -14,6 +14,7 @@ import numpy as np
 from stiction.display.duration_format import format_seconds
 from stiction.display.number_format import count_noun
 from stiction.errors import RecordError, Setting
+from stiction.records.straight_line import fit_line
 from stiction.sources.time.stamps import unread_stamp_error
 from stiction.sources.time.time_order import (
     MAX_SHARED_STAMPS,
@@ -71,13 +72,16 @@ def regular_grid(
     """
     n_rows, t = len(stamps.seconds), stamps.seconds[np.isfinite(stamps.seconds)]
     if dt is not None and (len(t) < 2 or np.ptp(t) == 0.0):
-        return Grid(np.arange(n_rows), dt, notes=["The time stamps are of no use: dt is as given."])
+        return Grid(
+            np.arange(n_rows), dt, notes=["The time stamps cannot be used: the sampling period is the given one."]
+        )
     if len(t) < 2:
         raise unread_stamp_error(stamps, name, first_line, other_remedy=(" or ", Setting("dt")))
     if np.ptp(t) == 0.0:
         raise RecordError(
-            f"{name}, line {first_line}: all time stamps are equal",
+            "all time stamps are equal",
             remedy=("give ", Setting("dt"), " if the rows are evenly sampled"),
+            where=f"{name}, line {first_line}",
         )
     is_reversed = is_newest_first(t)
     result, rows = sort_by_time(stamps, rows_differ)
@@ -122,23 +126,26 @@ def _is_last_of_stamp(
     if twice.size:
         n_other = twice.size if rows_differ is None else int(rows_differ(rows[twice], rows[twice + 1]).sum())
         if n_other > MAX_SHARED_STAMPS * len(t):
-            shared = f"{name}: {n_other} of {len(t)} rows have the time stamp of"
-            limit = f"and other values (up to {MAX_SHARED_STAMPS:.0%} may)"
+            shared = f"{n_other} of {len(t)} rows have the same time stamp as"
+            limit = f"but other values (at most {100.0 * MAX_SHARED_STAMPS:g} % may)"
             if np.median(np.abs(rows[twice + 1] - rows[twice])) <= 1:
                 raise RecordError(
-                    f"{shared} the next {limit}, so the stamps are rounded",
+                    f"{shared} the next row {limit}, so the stamps are rounded",
+                    where=name,
                     remedy=(
-                        "export finer ones, or, if the rows are evenly sampled, give the sampling period with ",
+                        "export stamps with more digits, or, if the rows are evenly sampled, give the sampling period "
+                        "with ",
                         Setting("dt"),
                         " in seconds",
                     ),
                 )
             raise RecordError(
-                f"{shared} one elsewhere in the file {limit}, as where two exports stand one below the other; give "
-                "each as a file of its own."
+                f"{shared} another row {limit}; when the file contains two exports one below the other, save "
+                "each as a file of its own.",
+                where=name,
             )
         values = f", {count_noun(n_other, 'row')} of them with other values" if n_other else ""
-        notes.append(f"Left out: {count_noun(twice.size, 'row')} with the time stamp of the next{values}.")
+        notes.append(f"Left out: {count_noun(twice.size, 'row')} with the same time stamp as the next row{values}.")
     return is_last
 
 
@@ -155,13 +162,14 @@ def _place_rows(
     if place[-1] > max(20 * len(t), 10_000):
         k = int(np.argmax(steps))
         raise RecordError(
-            f"{name}: rows {rows[k] + 1} and {rows[k + 1] + 1} of the data are {steps[k]:.6g} s apart, the sampling "
+            f"rows {rows[k] + 1} and {rows[k + 1] + 1} of the data are {steps[k]:.6g} s apart, but the "
+            "sampling "
             f"period is {period:.6g} s",
             remedy=("cut the file there, or give ", Setting("dt")),
+            where=name,
         )
     if dt is None:  # the slope over all rows, so that a period of 9.999 s does not drift
-        centred = place - place.mean()
-        slope = float(np.sum(centred * (t - t[0])) / np.sum(centred * centred))
+        slope = fit_line(place, t - t[0]).slope
         period = shortest_number(slope, 1e-5 * slope)
     off = t - place * period
     is_even = (dt is not None and max_hold is None) or np.ptp(off) <= 0.6 * period
@@ -171,12 +179,12 @@ def _place_rows(
         place, longest = (t - t[0]) / period, max(10.0 * period, longest)
         notes.append(
             f"The stamps are uneven ({format_seconds(steps.min())} to {format_seconds(steps.max())}): each value is "
-            f"held until the next, every {period:.6g} s, for at most {format_seconds(longest)}."
+            f"used until the next one, every {period:.6g} s, for at most {format_seconds(longest)}."
         )
     samples = np.arange(int(place[-1] + 1e-6) + 1)
     last = np.searchsorted(place, samples + 1e-6, side="right") - 1
     source_row = np.where((samples - place[last]) * period <= longest + 1e-6 * period, rows[last], -1)
     if is_even and (n_missing := int((source_row < 0).sum())):
         samples, gaps = count_noun(n_missing, "sample"), count_noun(int((whole > 1).sum()), "gap")
-        notes.append(f"Missing: {samples} in {gaps} of the time stamps (left as NaN).")
+        notes.append(f"Missing: {samples} in {gaps} of the time stamps (not filled).")
     return source_row, period

@@ -79,7 +79,7 @@ def _parse_temporal(cells: pl.Series) -> Stamps:
     if cells.dtype == pl.Duration:
         return Stamps(cells.dt.total_nanoseconds().cast(float).to_numpy() / 1e9, "relative")
     if cells.dtype == pl.Time:
-        note = "The time column holds a time of day without a date."
+        note = "The time column contains times of day without a date."
         return Stamps(unwrap_clock(cells.cast(pl.Int64).cast(float).to_numpy() / 1e9), "relative", [note])
     zone = cells.dtype.time_zone if isinstance(cells.dtype, pl.Datetime) else None
     seconds = cells.cast(pl.Datetime("us", zone)).dt.epoch("us").cast(float).to_numpy() / 1e6

@@ -41,8 +41,9 @@ def unread_stamp_error(
     """Make the error of a source of which no two time stamps are understood."""
     row, cell = stamps.first_unread or (0, "")
     return RecordError(
-        f"{name}, line {first_line + row}: {cell!r} is not a known form of time stamp",
+        f"{cell!r} is not a known form of time stamp",
         remedy=("give ", Setting("time_format"), *other_remedy),
+        where=f"{name}, line {first_line + row}",
     )
 
 

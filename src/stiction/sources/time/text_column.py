@@ -88,18 +88,18 @@ def _parse_dates(cells: pl.Series, sample: Sequence[str], day_first: bool | None
         texts = days.unique(maintain_order=True).to_list()
         if texts == ["@"] and np.isnan(seconds).all():
             seconds[left] = clock
-            return Stamps(unwrap_clock(seconds), "relative", ["The time column holds a time of day without a date."])
+            return Stamps(unwrap_clock(seconds), "relative", ["The time column contains times of day without a date."])
         order = order or choose_date_order(texts, has_am_pm, notes)
         found = {text: parse_day(text, order) for text in texts}
         midnight = days.replace_strict({text: day for text, (day, _) in found.items()}).to_numpy()
         seconds[left] = midnight + np.where(days.str.contains("@"), clock, 0.0)
         is_zoned[left] = days.is_in([text for text, (_, zone) in found.items() if zone == "UTC"])
         if other := next((zone for _, zone in found.values() if zone not in ("", "UTC")), None):
-            notes.append(f"The zone {other} is not looked up: the stamps are taken as a wall clock.")
+            notes.append(f"The time zone {other} is not known: the stamps are taken as local time.")
     known = np.isfinite(seconds)
     n_zoned, n_known = int((is_zoned & known).sum()), int(known.sum())
     if 0 < n_zoned < n_known:
-        notes.append(f"{n_zoned} of {n_known} stamps carry a zone; the others are taken as UTC.")
+        notes.append(f"{n_zoned} of {n_known} stamps have a time zone; the others are taken as UTC.")
     return Stamps(seconds, "utc" if n_zoned else "local", notes)
 
 
@@ -150,7 +150,7 @@ def _parse_elapsed(cells: pl.Series, sample: Sequence[str]) -> Stamps | None:
     if form == ELAPSED[0]:
         note = "The time column is taken as time elapsed, in days or in hours beyond a day."
     else:
-        note = f"Times such as {sample[0]} are taken as minutes and seconds, and each fall as the next hour."
+        note = f"Times such as {sample[0]} are taken as minutes and seconds, and each step back as the next hour."
         seconds = unwrap_clock(seconds, 3600.0)
     return Stamps(seconds, "relative", [note])
 
@@ -177,9 +177,15 @@ def choose_date_order(texts: Sequence[str], has_am_pm: bool, notes: list[str]) -
         is_foreign = has_am_pm and order != "mdy"
         ranks[order] = (len(values) - len(known), has_points and order != "dmy", travel, is_unlikely, is_foreign)
     best, second, *_ = sorted(ranks, key=lambda order: ranks[order])
-    reasons = ("", "", "the days then follow each other", "the year is then a likely one", "as AM and PM are American")
+    reasons = (
+        "",
+        "",
+        "because the days are then in order",
+        "because the year is then plausible",
+        "because AM and PM are usual in America",
+    )
     differing = (reason for a, b, reason in zip(ranks[best], ranks[second], reasons, strict=True) if a != b)
-    if reason := next(differing, "nothing in the file tells"):
+    if reason := next(differing, "nothing in the file shows the order"):
         (text, _), (_, remedy) = _DATE_ORDERS[best], _DATE_ORDERS[second]
         notes.append(f"Dates such as {days[0]} are read {text} ({reason}); if that is wrong {remedy}.")
     return best
@@ -205,7 +211,7 @@ def _parse_format(cells: pl.Series, sample: Sequence[str], time_format: str) -> 
     if sample and np.isnan(seconds).all():
         raise RecordError(
             f"time_format {time_format!r} does not fit the stamps, such as {sample[0]!r}; "
-            "write what they have in the codes of strptime, or leave it out."
+            "write a format in the codes of strptime that fits them, or leave it out."
         )
     return Stamps(seconds, "utc" if has_zone else "local")
 

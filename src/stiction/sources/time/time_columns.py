@@ -117,19 +117,21 @@ def missing_time_error(table: RawTable, headings: Sequence[str], used: Collectio
         if (steps.size > 0 and ((steps > 0).all() or (steps < 0).all())) or _are_mostly_stamps(table.sample_column(i)):
             column = headings[i] if i < len(headings) and headings[i] else i
             return RecordError(
-                f"{table.origin.name}: no column is known as time",
+                "no column was recognised as the time",
                 remedy=(
-                    f"if {column!r} is, say so with ",
+                    f"if it is {column!r}, name it with ",
                     Setting("columns", {"time": column}),
                     ", or give the sampling period with ",
                     Setting("dt"),
                     " in seconds",
                 ),
+                where=table.origin.name,
             )
     counted = "only a sample index" if has_index else "no time column"
     return RecordError(
-        f"{table.origin.name}: has {counted}",
+        f"has {counted}",
         remedy=("give the sampling period with ", Setting("dt"), " in seconds"),
+        where=table.origin.name,
     )
 
 
@@ -155,10 +157,12 @@ def _named_column(column: str | int, names: Sequence[str], table: RawTable) -> i
             return same[0]
         if not column.lstrip("-").isdigit():
             shown = ", ".join(filter(None, names[:20])) or "without names: give a number from 0"
-            raise RecordError(f"{table.origin.name}: has no column {column!r} for TIME; its columns are {shown}.")
+            raise RecordError(
+                f"has no column {column!r} for the time; its columns are {shown}.", where=table.origin.name
+            )
     if not 0 <= int(column) < table.width:
         raise RecordError(
-            f"{table.origin.name}: has no column {column} for TIME; they are numbered 0 to {table.width - 1}."
+            f"has no column {column} for the time; they are numbered 0 to {table.width - 1}.", where=table.origin.name
         )
     return int(column)
 

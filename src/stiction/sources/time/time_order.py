@@ -46,7 +46,7 @@ def sort_by_time(stamps: Stamps, rows_differ: RowsDiffer | None = None) -> tuple
     result = replace(stamps, seconds=stamps.seconds[rows], notes=[])
     if is_newest_first(result.seconds):
         result.seconds, rows = result.seconds[::-1], rows[::-1]
-        result.notes.append("The file runs from the newest row to the oldest and was turned round.")
+        result.notes.append("The file begins with the newest row, so its order was reversed.")
     steps = np.diff(result.seconds)
     usual = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
     if stamps.kind == "local" and 0.0 < usual < _HOUR / 2:
@@ -56,8 +56,7 @@ def sort_by_time(stamps: Stamps, rows_differ: RowsDiffer | None = None) -> tuple
     if n_back := int((np.diff(result.seconds) < 0).sum()):
         result.clock_jumps += n_back
         result.notes.append(
-            "The rows are not in the order of time, which runs backwards "
-            f"{count_noun(n_back, 'time')}: they were sorted."
+            f"The rows are not in the order of time, which steps back {count_noun(n_back, 'time')}: they were sorted."
         )
         order = np.argsort(result.seconds, kind="stable")
         result.seconds, rows = result.seconds[order], rows[order]
@@ -121,7 +120,7 @@ def _undo_set_back(result: Stamps, rows: NDArray[np.int64], usual: float, rows_d
             result.clock_jumps += 1
             result.notes.append(
                 f"The clock was set back by {format_seconds(by)} at row {rows[at] + 1} of the data: the rows from "
-                "there on are taken to follow the last."
+                "there on are placed after the last row before it."
             )
     result.seconds = t + shift
 

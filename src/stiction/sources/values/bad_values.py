@@ -59,13 +59,13 @@ def find_bad_values(
     bad.counts |= dict(listed.most_common())
     if listed:
         named = ", ".join(f"{n} x {text!r}" for text, n in listed.most_common(5))
-        bad.notes.append(f"Texts in the place of numbers count as missing: {named}.")
+        bad.notes.append(f"Missing, because they are texts and not numbers: {named}.")
     _mark_flags(bad, signals, flags or {}, labels or {})
     left = {role: np.where(bad.masks[role], np.nan, x) for role, x in signals.items()}
     sentinels = {role: find_sentinels(x) for role, x in left.items()}
     _mark_numbers(bad, left, sentinels, "number", "which stand for a bad value")
     states = find_common_states(left)
-    _mark_numbers(bad, left, states, "state", "the same number in all signals at one time, so no measurement")
+    _mark_numbers(bad, left, states, "state", "the same number in all signals at one time, so it is not a measurement")
     return bad
 
 

@@ -101,7 +101,7 @@ def _parse_texts(cells: pl.Series, decimal: str, where: str) -> tuple[NDArray[np
         texts["" if text.upper() in MISSING_WORDS else text[:MAX_TEXT]] += count
     if len(units) > 1:
         listed = ", ".join(f"{n} {f'in {unit}' if unit else 'without a unit'}" for unit, n in units.most_common(4))
-        raise RecordError(f"{where}: mixes units ({listed}); export all its values in one unit, or without units.")
+        raise RecordError(f"mixes units ({listed}); export all its values in one unit, or without units.", where=where)
     return values, texts, next(iter(units), "")
 
 

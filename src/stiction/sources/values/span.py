@@ -63,8 +63,8 @@ def op_to_percent(
     if known := _by_unit(op, unit, "OP", "op_range"):
         return known
     low, high = _limits(op)
-    lies, written = f"OP lies in {low:.4g} to {high:.4g}", unit.upper()
-    left = "left as it is, S and J are then in its unit; to convert, give the range of OP (op_range), "
+    lies, written = f"OP lies between {low:.4g} and {high:.4g}", unit.upper()
+    left = "it is not converted, so S and J are in its unit; to convert it, give the range of OP (op_range), "
     if written in STANDARD_SIGNALS:
         zero, full = STANDARD_SIGNALS[written]
         unlike = f"unlike a signal of {zero:g} to {full:g} {unit}"
@@ -76,7 +76,7 @@ def op_to_percent(
     span = None if written else _span_by_position(op, position, position_unit)
     if span and (may_be_current or scale == "fraction"):
         ends = f"{span[0]:g} is taken as 0 % and {span[1]:g} as 100 %"
-        note = f"OP goes with the valve position when {ends}; give the range of OP (op_range) if that is wrong."
+        note = f"OP agrees with the valve position when {ends}; give the range of OP (op_range) if that is wrong."
         return Percent(_scale(op, span), "", [note] if span != (0.0, 100.0) else [])
     if scale in _LOOKS:
         hint = "0 to 1" if scale == "fraction" else "low to high"
@@ -117,10 +117,10 @@ def position_to_percent(
         return Percent(mv, "", [])
     looks, ends = "", "low to high"
     if near:
-        looks = " and goes with OP as a signal of {:g} to {:g} would".format(*near[0])
+        looks = " and agrees with OP as a signal of {:g} to {:g}".format(*near[0])
         ends = "{:g} to {:g}".format(*near[0])
-    note = f"The valve position lies in {low:.4g} to {high:.4g}{looks}: it is taken as % of span as it stands; "
-    return Percent(mv, "", [f"{note}to convert, give the range of the valve position (mv_range), {ends}."])
+    note = f"The valve position lies between {low:.4g} and {high:.4g}{looks}; it is taken as % of span. "
+    return Percent(mv, "", [f"{note}To convert it, give the range of the valve position (mv_range), {ends}."])
 
 
 def _by_unit(

@@ -91,9 +91,9 @@ def automatic_mask(cells: pl.Series, *, min_known: float = 0.5) -> tuple[NDArray
     meaning = {code: _is_automatic(code) for code in counts if code not in MISSING_WORDS}
     unknown = {code: counts[code] for code, automatic in meaning.items() if automatic is None}
     if len(unknown) == len(meaning) or sum(unknown.values()) > (1.0 - min_known) * len(cells):
-        return None, ["The mode column is not understood and was left out."]
+        return None, ["The mode column has unknown values and was not used."]
     listed = ", ".join(f"{n} x {text!r}" for text, n in sorted(unknown.items(), key=lambda item: -item[1])[:5])
-    notes = [f"Modes not known count as not automatic: {listed}."] if unknown else []
+    notes = [f"Unknown modes count as not automatic: {listed}."] if unknown else []
     automatic = codes.is_in([code for code, value in meaning.items() if value]).to_numpy()
     first_known = codes.is_in(list(meaning.keys() - unknown.keys())).arg_max() or 0
     last = np.maximum.accumulate(np.where(codes.is_in(list(meaning)).to_numpy(), np.arange(len(cells)), -1))

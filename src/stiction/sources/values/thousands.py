@@ -77,14 +77,15 @@ def refuse_ambiguous_thousands(
         return
     largest_whole = numbers[int(np.argmax(np.where(has_mark.to_numpy(), -1.0, size)))]
     raise RecordError(
-        f"{where}: {largest_whole!r} beside {marked[0]!r} may be thousands separated by {decimal!r}",
+        f"the column has {largest_whole!r} and {marked[0]!r}, and {decimal!r} may separate thousands",
         remedy=(
             "give ",
             Setting("decimal", _OTHER_MARK[decimal]),
-            " if they are, ",
+            " if it does, ",
             Setting("decimal", decimal),
-            " if not",
+            " if it is the decimal mark",
         ),
+        where=where,
     )
 
 
@@ -100,9 +101,10 @@ def refuse_other_decimal(
     found = sum(numbers.values())
     if found > max(1.0, max_share * n_cells):
         raise RecordError(
-            f"{where}: {100.0 * found / n_cells:.2g} % of its cells, such as {max(numbers, key=numbers.__getitem__)}, "
+            f"{100.0 * found / n_cells:.2g} % of its cells, such as {max(numbers, key=numbers.__getitem__)}, "
             f"are numbers only with a decimal {'comma' if other == ',' else 'point'}",
             remedy=("leave out ", Setting("decimal"), ", or give ", Setting("decimal", other)),
+            where=where,
         )
 
 

@@ -9,7 +9,33 @@ from pathlib import Path
 
 from stiction.errors import RecordError
 
-__all__ = ["write_atomically"]
+__all__ = ["require_file_path", "unwritable_error", "write_atomically"]
+
+
+def require_file_path(target: Path) -> None:
+    """Refuse the path of an output file that is a folder, or whose folder does not exist.
+
+    Raises
+    ------
+    RecordError
+        When nothing can be written there.
+    """
+    if target.is_dir():
+        raise RecordError("cannot be written, because it is a folder; give the name of a file.", where=target)
+    if not target.parent.is_dir():
+        raise RecordError(
+            f"cannot be written, because there is no folder {target.parent}; create it, or give another file.",
+            where=target,
+        )
+
+
+def unwritable_error(target: Path, error: OSError) -> RecordError:
+    """Make the error for a file that the system does not let us write."""
+    return RecordError(
+        f"cannot be written ({error.strerror or error})",
+        remedy="give a file in a folder that you may write to",
+        where=target,
+    )
 
 
 def write_atomically(text: str, path: str | os.PathLike[str]) -> Path:
@@ -33,19 +59,14 @@ def write_atomically(text: str, path: str | os.PathLike[str]) -> Path:
         When the folder is missing or cannot be written to; nothing is left behind.
     """
     target = Path(path)
-    if not target.parent.is_dir():
-        raise RecordError(f"Cannot write {target}: there is no folder {target.parent}; create it or choose another.")
-    if target.is_dir():
-        raise RecordError(f"Cannot write {target}: it is a folder; give the name of a file, such as report.html.")
+    require_file_path(target)
     draft = target.with_name(f".{target.name}.{secrets.token_hex(4)}.part")
     try:
         with draft.open("x", encoding="utf-8", newline="") as file:
             file.write(text)
         os.replace(draft, target)
     except OSError as error:
-        raise RecordError(
-            f"Cannot write {target}: {error.strerror or error}; choose a folder you may write to."
-        ) from None
+        raise unwritable_error(target, error) from None
     finally:
         with contextlib.suppress(OSError):
             draft.unlink(missing_ok=True)

@@ -8,8 +8,8 @@ import sys
 import pytest
 
 from stiction.errors import RecordError, StictionError
+from stiction.records.atomic_write import write_atomically
 from stiction.report import Text, write_page
-from stiction.report.atomic_write import write_atomically
 
 
 def test_written_file_replaces_the_old_one(tmp_path):
@@ -28,7 +28,7 @@ def test_a_failure_leaves_the_old_file_and_no_draft(tmp_path, monkeypatch):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(os, "replace", full)
-    with pytest.raises(RecordError, match=r"Cannot write .*report\.html: No space left on device"):
+    with pytest.raises(RecordError, match=r"report\.html: cannot be written \(No space left on device\)"):
         write_atomically("new", target)
     assert target.read_text() == "old"
     assert os.listdir(tmp_path) == ["report.html"]
@@ -63,5 +63,5 @@ def test_an_unwritable_folder_is_named(tmp_path):
 
 @pytest.mark.skipif(not os.path.isdir("/proc/self"), reason="no /proc on this system")
 def test_a_folder_that_takes_no_files_is_named():
-    with pytest.raises(RecordError, match=r"Cannot write /proc/self/report\.html.*choose a folder you may write to"):
+    with pytest.raises(RecordError, match=r"/proc/self/report\.html: cannot be written .* you may write to"):
         write_atomically("x", "/proc/self/report.html")

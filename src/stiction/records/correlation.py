@@ -1,0 +1,52 @@
+"""Sums of lagged products of signals: the common part of all correlations, computed by Fourier transforms."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiction.records.fast_length import next_fast_length
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["lagged_products"]
+
+MIN_BLOCK = 2048
+"""Smallest number of samples that are transformed at once [-]."""
+
+
+def lagged_products(x: NDArray[np.float64], y: NDArray[np.float64], lags: int) -> NDArray[np.float64]:
+    """Sum of x[k] y[k + lag] over k, for lag = 0, 1, ..., lags - 1.
+
+    Parameters
+    ----------
+    x, y : ndarray, shape (n_samples,)
+        Signals without gaps, usually about their means [any unit].
+    lags : int
+        Number of lags, at most `n_samples` [samples].
+
+    Returns
+    -------
+    ndarray, shape (lags,)
+        Sums over the pairs of each lag [product of the units].
+
+    Examples
+    --------
+    >>> lagged_products(np.array([1.0, 2.0, 3.0]), np.array([1.0, 2.0, 3.0]), 2).round(9).tolist()
+    [14.0, 8.0]
+    """
+    n = x.shape[0]
+    # Block by block, each with the lags after it: for few lags many times as fast as in one piece.
+    size = next_fast_length(min(n, max(MIN_BLOCK, 4 * lags)) + lags)
+    step = size - lags
+
+    def cut(z: NDArray[np.float64]) -> NDArray[np.float64]:
+        padded = np.zeros(-(-n // step) * step + lags)
+        padded[:n] = z
+        return np.lib.stride_tricks.sliding_window_view(padded, size)[::step]
+
+    longer = np.fft.rfft(cut(y))
+    own = longer if x is y and len(longer) == 1 else np.fft.rfft(cut(x)[:, :step], size)
+    return np.fft.irfft((own.conj() * longer).sum(axis=0), size)[:lags]

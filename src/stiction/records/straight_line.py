@@ -1,0 +1,51 @@
+"""Straight line through points, by least squares."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+__all__ = ["FittedLine", "fit_line"]
+
+
+class FittedLine(NamedTuple):
+    """A straight line by its slope and the means of the points."""
+
+    slope: float
+    """Slope [unit of y per unit of x]."""
+    x_mean: float
+    """Mean of x."""
+    y_mean: float
+    """Mean of y, through which the line passes at `x_mean`."""
+
+    def at(self, x: NDArray) -> NDArray[np.float64]:
+        """Value of the line at `x` [unit of y]."""
+        return self.y_mean + self.slope * (x - self.x_mean)
+
+
+def fit_line(x: NDArray, y: NDArray) -> FittedLine:
+    """Fit a straight line.
+
+    Parameters
+    ----------
+    x, y : ndarray, shape (n_points,)
+        Points without gaps; at least two values of `x` differ [any units].
+
+    Returns
+    -------
+    FittedLine
+        The line with the smallest sum of squared distances in `y`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> line = fit_line(np.array([0.0, 1.0, 2.0]), np.array([1.0, 3.0, 5.0]))
+    >>> line.slope, float(line.at(10.0))
+    (2.0, 21.0)
+    """
+    x_mean = x.mean()
+    centred = x - x_mean
+    return FittedLine(float(centred @ y / (centred @ centred)), float(x_mean), float(y.mean()))
