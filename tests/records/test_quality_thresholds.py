@@ -146,6 +146,10 @@ def test_a_quantisation_step_fits_nearly_all_differences(share, step):
     assert quality.quantisation_step(np.concatenate([x, x[::-1]])) == pytest.approx(step, rel=2e-2)
 
 
+def test_a_signal_that_rests_has_no_reversal():
+    assert quality.count_reversals(np.full(5, 3.0)) == 0
+
+
 @pytest.mark.parametrize(("move", "reversals"), [(1.46, 0), (1.54, 2)])
 def test_a_reversal_is_more_than_the_smallest_move(move, reversals):
     """A ramp with one ripple on its way."""

@@ -39,8 +39,10 @@ def count_reversals(x: NDArray[np.float64], min_move: float = 0.0) -> int:
     """
     directions = np.sign(np.diff(x))
     directions = directions[moving := directions != 0.0]
+    if not directions.size:
+        return 0
     turning = x[:-1][moving][np.append(True, directions[1:] != directions[:-1])]
-    count, direction, farthest = 0, 0.0, float(turning[0]) if turning.size else 0.0
+    count, direction, farthest = 0, 0.0, float(turning[0])
     low = high = farthest
     for value in [*turning.tolist(), float(x[-1])]:
         if direction == 0.0:
