@@ -53,10 +53,8 @@ class ValveSearch:
     """The regression of the last search."""
     candidates: Candidates
     """All valves compared in it."""
-    short: BlockSignals
-    """The signals in shorter blocks, which show S, J and the process better."""
     valve: Valve
-    """The most likely valve on them."""
+    """The most likely valve on shorter blocks, which show S and J better."""
     likelihood_ratios: dict[str, float]
     """Twice the log likelihood ratio of the best valve over each other explanation [-]."""
     gains: dict[str, float]
@@ -101,7 +99,7 @@ def search_record(
     reversals = count_reversals(sticky), count_reversals(signals.op, 0.25 * max_S)
     op_range = float(signals.op.min()), float(signals.op.max())
     dead_zone = DeadZone(*zone, *op_range, costs["good"] - costs["dead_zone"], *reversals)
-    return ValveSearch(signals, fine, found, short, refined.best, ratios, gains, dead_zone, surface)
+    return ValveSearch(signals, fine, found, refined.best, ratios, gains, dead_zone, surface)
 
 
 def _regression(signals: BlockSignals, max_position_lag: int = MAX_POSITION_LAG) -> Regression:
@@ -137,11 +135,11 @@ def identify_valve(
     gives the sign of the process gain; `integrating` None tries both kinds of process.
     """
     search = search_record(op, pv, None if period is None else period / dt, gaps)
-    signals, regression, valve = search.short, search.regression, search.valve
+    signals, regression, valve = search.signals, search.regression, search.valve
     features = interval_features(
         op, valve, search.likelihood_ratios["good"], regression.half_cycles, exact=controller.exact
     )
-    S, J = intervals(valve, features, float(np.ptp(search.signals.op)))
+    S, J = intervals(valve, features, float(np.ptp(signals.op)))
     stem = whole_position(op, valve)
     used = slice(signals.first, signals.first + signals.pv.size * signals.samples)
     position = stem[used].reshape(-1, signals.samples).mean(axis=1)
