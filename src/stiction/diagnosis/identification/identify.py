@@ -74,7 +74,7 @@ def search_record(
     samples, None without an oscillation.
     """
     signals = block_signals(op, pv, period, gaps=gaps)
-    coarse = block_signals(op, pv, period, max_blocks=1000, max_op_per_block=4, gaps=gaps)
+    coarse = block_signals(op, pv, period, samples_per_period=16.0, max_blocks=1000, max_op_per_block=4, gaps=gaps)
     max_S = float(np.ptp(signals.op))
     with one_thread():
         fine = _regression(signals)
