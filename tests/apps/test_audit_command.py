@@ -83,6 +83,18 @@ STOPPED = "Stopped. The results so far are stored; run the same command again to
 COMMAND = ["audit", "plant.parquet", "--out", "audit", "--workers", "2", "--pages", "0"]
 
 
+def has_rows(folder) -> bool:
+    """Whether the first loops of an audit are in its ledger."""
+    path = folder / "ledger.sqlite"
+    if not path.exists():
+        return False
+    with closing(sqlite3.connect(f"{path.as_uri()}?mode=ro", uri=True)) as database:
+        try:
+            return database.execute("SELECT COUNT(*) FROM stiction_result").fetchone()[0] > 0
+        except sqlite3.OperationalError:  # the table is not there yet, or is being written
+            return False
+
+
 def start_and_interrupt(folder) -> tuple[subprocess.Popen[str], str]:
     """Start an audit, press Ctrl-C when its first loops are done, and give what it says."""
     process = subprocess.Popen(
@@ -90,7 +102,7 @@ def start_and_interrupt(folder) -> tuple[subprocess.Popen[str], str]:
         text=True, env=os.environ | {"PYTHONPATH": str(ROOT / "src")}, start_new_session=True,
     )  # fmt: skip
     deadline = time.monotonic() + 240.0
-    while not list((folder / "audit").glob("signals/part-*.parquet")) and time.monotonic() < deadline:
+    while not has_rows(folder / "audit") and time.monotonic() < deadline:
         time.sleep(0.05)
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does, to the workers too
     assert process.stderr is not None

@@ -94,7 +94,7 @@ def test_postgresql_server_restarts_at_any_moment(plant, found, duration, postgr
 def test_second_audit_of_a_ledger_is_refused(plant, postgres, tmp_path):
     book = Ledger(postgres.url)
     book.create()
-    with book.lock("Ana on machine A"), pytest.raises(RecordError, match="an audit is at work in it"):
+    with book.lock("Ana on machine A"), pytest.raises(RecordError, match="an audit is writing to this database"):
         st.audit(plant, tmp_path / "other", workers=1, ledger=postgres.url)
     book.close()
 
