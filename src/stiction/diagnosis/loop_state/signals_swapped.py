@@ -56,7 +56,7 @@ def fit_pi_equation(
         return None
     means, variance = design.mean(axis=1, keepdims=True), float(increments.var())
     design -= means
-    sizes = np.maximum(design.std(axis=1), 1e-300)
+    sizes = np.maximum(design.std(axis=1), 1e-150)
     products = np.einsum("ik,jk->ij", design, design) / np.outer(sizes, sizes)
     moves = increments - increments.mean()
     weights = np.linalg.pinv(products, hermitian=True) @ (np.einsum("ik,k->i", design, moves) / sizes) / sizes
