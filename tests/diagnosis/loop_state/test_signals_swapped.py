@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import stiction as st
-from stiction.diagnosis.loop_state.signals_swapped import fit_pi_equation
+from stiction.diagnosis.loop_state.signals_swapped import are_signals_swapped, fit_pi_equation
 
 OP, PV = np.cumsum(np.random.default_rng(0).normal(size=(2, 800)), axis=1)
 
@@ -19,4 +19,11 @@ def test_a_set_point_that_follows_pv_gives_no_gain():
 
 def test_a_record_whose_set_point_follows_pv_can_be_diagnosed():
     found = st.diagnose(st.LoopRecord("FIC-1", 1.0, op=50.0 + OP, pv=PV, sp=PV))
-    assert found.verdict == "undecided"
+    assert found.loop_state.state != "signals_swapped"
+
+
+def test_a_set_point_that_follows_a_column_does_not_make_the_columns_look_swapped():
+    op = 50.0 - 0.4 * (PV + np.cumsum(PV) / 20.0)
+    for sp in (PV, op):
+        assert are_signals_swapped(op, PV, sp) is None
+        assert are_signals_swapped(PV, op, sp) is not None

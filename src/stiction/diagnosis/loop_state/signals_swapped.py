@@ -112,6 +112,8 @@ def are_signals_swapped(
     >>> are_signals_swapped(op, pv) is None, are_signals_swapped(pv, op) is None
     (True, False)
     """
+    if sp is not None and (np.array_equal(sp, pv, equal_nan=True) or np.array_equal(sp, op, equal_nan=True)):
+        sp = None  # a set point that follows another column would explain that column
     named, other = fit_pi_equation(op, pv, sp), fit_pi_equation(pv, op, sp)
     if named is None or other is None or other.unexplained > max_unexplained:
         return None

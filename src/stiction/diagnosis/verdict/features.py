@@ -110,7 +110,7 @@ def _tuning(found: FeatureInput) -> float:
 FEATURES: tuple[Feature, ...] = (
     Feature("over_closest", "sticky valve against the closest other explanation",
             "smallest asinh(LLR / 20), dead zone aside", "-", 1, lambda found: log_evidence(_closest_ratio(found))),
-    Feature("kept_share", "share of the evidence that the closest explanation leaves",
+    Feature("kept_share", "share of the evidence left after the closest explanation",
             "smallest LLR / max(LLR over good, 20), within -1 and 1", "-", 1, _kept_share),
     Feature("over_dead_zone", "sticky valve against dead zone at fixed OP", "asinh(LLR / 20)", "-", 1,
             _evidence("dead_zone")),
@@ -128,7 +128,7 @@ FEATURES: tuple[Feature, ...] = (
             _of_process(lambda found: found.identification.J / found.identification.S, integrating=True)),
     Feature("stem_gain", "process gain from the sticky valve, with the sign that the controller expects",
             "asinh(gain / its standard error)", "-", 1, _signed_gain("stem")),
-    Feature("stem_gain_beside_op", "the same where a good valve may act as well", "asinh(gain / its standard error)",
+    Feature("stem_gain_beside_op", "process gain from the sticky valve, OP acting beside it", "asinh(gain / its standard error)",
             "-", 1, _signed_gain("stem_beside_op")),
     Feature("fit_gain", "simulation with a sticky valve against a good one",
             "ln(unexplained good / unexplained sticky)", "-", 1, _fit_gain),
