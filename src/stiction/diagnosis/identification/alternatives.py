@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from stiction.diagnosis.identification.regression import Regression
 
-__all__ = ["ALTERNATIVES", "alternative_costs", "good_valve_cost", "process_gains", "with_good_valve"]
+__all__ = ["ALTERNATIVES", "alternative_costs", "good_valve_cost", "process_gains"]
 
 ALTERNATIVES = ("good", "dead_zone", "relay_load", "periodic_load")
 """Explanations without stiction; `periodic_load` only where the loop oscillates."""

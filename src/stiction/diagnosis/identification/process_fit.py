@@ -99,7 +99,7 @@ def fit_process(
         return FittedProcess(gain, a, b, d, 1.0 - gain * (2.0 * cross - gain * power) / energy)
 
     a, b = pairs[best]
-    start = np.array([0.0 if np.isinf(a) else np.log(a), b / (scale if np.isinf(a) else a), float(delay[best])])
+    start = np.array([0.0 if integrates else np.log(a), b / (scale if integrates else a), float(delay[best])])
     steps = np.array([[0.0, 0.0, 0.0], [0.3, 0.0, 0.0], [0.0, 0.25, 0.0], [0.0, 0.0, 1.5]])
     found = minimize(
         lambda x: of(x).error, start, method="Nelder-Mead",
