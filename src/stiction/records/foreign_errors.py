@@ -52,7 +52,7 @@ def data_error(error: BaseException, where: str = "") -> StictionError | None:
 
 
 def failure_of(error: BaseException, where: str) -> StictionError:
-    """Turn any error but a request to end into a message; that of a fault of the program asks to report it.
+    """Turn any error but a request to end into a message; that of a fault of the program, its cause, asks to report it.
 
     Examples
     --------
@@ -69,4 +69,6 @@ def failure_of(error: BaseException, where: str) -> StictionError:
             f"cannot be read ({error.strerror or error}); check the name and the access rights.", where=where
         )
     text = " ".join(f"{type(error).__name__}: {error}".split())
-    return RecordError(f"an error in the program ({text})", remedy="please report it", where=where)
+    fault = RecordError(f"an error in the program ({text})", remedy="please report it", where=where)
+    fault.__cause__ = error
+    return fault
