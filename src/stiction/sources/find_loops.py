@@ -9,7 +9,7 @@ from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 from stiction.errors import MissingExtraError, ParameterError, RecordError, StictionError
-from stiction.records.foreign_errors import failure_of
+from stiction.foreign_errors import failure_of
 from stiction.sources.byte_source import open_sources
 from stiction.sources.database_url import is_database_url
 from stiction.sources.join_files import complete_loops, join_same_tags

@@ -167,17 +167,19 @@ def _chains(group: Sequence[Columns]) -> tuple[list[list[Columns]], bool]:
     """Order the parts of one loop in chains that can be joined; also say whether parts of two chains differ."""
     timed = sorted(group, key=lambda one: _ends(clock)[0] if (clock := _clock_of(one)) else -np.inf)
     chains: list[list[Columns]] = []
+    latest: list[Columns] = []  # of each chain, the part that ends last
     differ = False
     for one in timed:
-        relations = [_relation(chain[-1], one) for chain in chains]
-        rows = next((found for found in reversed(relations) if isinstance(found, dict)), None)
-        if rows is None:
+        relations = [_relation(last, one) for last in latest]
+        k = next((k for k in reversed(range(len(chains))) if isinstance(relations[k], dict)), None)
+        if k is None or not isinstance(rows := relations[k], dict):
             differ |= "different" in relations
             chains.append([one])
+            latest.append(one)
             continue
-        chain = chains[next(k for k in reversed(range(len(chains))) if relations[k] is rows)]
-        if any(kept.size for kept in rows.values()):
-            chain.append({role: _pick(column, rows[role]) for role, column in one.items()})
+        chains[k].append({role: _pick(column, rows[role]) for role, column in one.items()})
+        ends = [_ends(clock)[1] if (clock := _clock_of(part)) else -np.inf for part in (latest[k], one)]
+        latest[k] = one if ends[1] > ends[0] else latest[k]
     return chains, differ
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from stiction.display.number_format import count_noun
 from stiction.errors import RecordError
-from stiction.records.foreign_errors import failure_of
+from stiction.foreign_errors import failure_of
 from stiction.sources.build_record import RecordBuilder
 
 if TYPE_CHECKING:
