@@ -21,7 +21,8 @@ MAX_ORDER = 20
 """Largest power, and largest order of numerator and denominator [-]."""
 _EXPONENTIAL = re.compile(r"(?:exp|e\s*(?:\^|\*\*))\s*(?!\s|\()([-+]?[^-+*/^()]+)")
 """An exponential without brackets: ``e^-10s``."""
-_TOKEN = re.compile(
+_NUMBER = r"\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+(?:[eE][+-]?\d+)?"
+_TOKEN = re.compile(rf"\s*(?:({_NUMBER})|(exp|e\s*(?:\^|\*\*)|s)|(\*\*|[-+*/^()]))")
     r"\s*(?:(\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+(?:[eE][+-]?\d+)?)|(exp|e\s*(?:\^|\*\*)|s)|(\*\*|[-+*/^()]))"
 )
 _BINARY = {"+": "<<", "-": ">>", "*": "+", "/": "-", "^": "**", "**": "**"}
