@@ -23,8 +23,6 @@ _EXPONENTIAL = re.compile(r"(?:exp|e\s*(?:\^|\*\*))\s*(?!\s|\()([-+]?[^-+*/^()]+
 """An exponential without brackets: ``e^-10s``."""
 _NUMBER = r"\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+(?:[eE][+-]?\d+)?"
 _TOKEN = re.compile(rf"\s*(?:({_NUMBER})|(exp|e\s*(?:\^|\*\*)|s)|(\*\*|[-+*/^()]))")
-    r"\s*(?:(\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+(?:[eE][+-]?\d+)?)|(exp|e\s*(?:\^|\*\*)|s)|(\*\*|[-+*/^()]))"
-)
 _BINARY = {"+": "<<", "-": ">>", "*": "+", "/": "-", "^": "**", "**": "**"}
 """Sign -> Python's operator of the same rank, when a product without a sign has the rank of ``*``: it binds more than a
 division, as on paper."""

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from stiction.apps.web.textbook_quantities import TextbookSettings
     from stiction.models import Loop
 
-__all__ = ["compute_paper_part", "draw_nyquist", "drive_by_sine", "simulate_jump", "simulate_ramps"]
+__all__ = ["draw_nyquist", "drive_by_sine", "simulate_jump", "simulate_ramps"]
 
 RAMP_SAMPLES = 800
 """Samples of the rising part of the ramp, and of the falling part [-]."""
@@ -175,25 +175,6 @@ def simulate_jump(settings: TextbookSettings, width: int = 1200) -> dict[str, An
         "pulse": [JUMP_BEGIN, end],
         "sentence": describe_jump(settings, swings, levels),
     }
-
-
-def compute_paper_part(part: str) -> list[dict[str, Any]]:
-    """Compute one part of the paper, printed and repaired; takes up to 6 s, so that it runs in another process.
-
-    Parameters
-    ----------
-    part : str
-        A name of `paper_text.PARTS`.
-
-    Returns
-    -------
-    list of dict
-        Headings, texts, figures and tables, see `figure_blocks`.
-    """
-    from stiction import paper
-    from stiction.apps.paper_page import part_blocks
-
-    return [block_to_plain(block) for block in part_blocks(part, getattr(paper, part)())]
 
 
 def _example_loop(settings: TextbookSettings) -> Loop:
