@@ -124,17 +124,15 @@ def draw_nyquist(settings: TextbookSettings) -> dict[str, Any]:
     dict
         `figure`, and `sentence` that says which limit cycles there are.
     """
-    from stiction.apps.limit_cycle_figures import nyquist_plot
-    from stiction.apps.limit_cycle_table import COLUMNS, cycle_row
     from stiction.limitcycle import predict_limit_cycles
-    from stiction.report import Table
+    from stiction.report.figures.limit_cycles import nyquist_plot
+    from stiction.report.pages.limit_cycles import cycle_table
 
     loop = _example_loop(settings)
     cycles = predict_limit_cycles(loop)
-    table = Table(COLUMNS, [cycle_row(cycle) for cycle in cycles])
     return {
-        "figure": figure_to_plain(nyquist_plot(loop, cycles, sp=0.0, disturbance=0.0)),
-        "table": block_to_plain(table),
+        "figure": figure_to_plain(nyquist_plot(loop, cycles)),
+        "table": block_to_plain(cycle_table(cycles)),
         "sentence": describe_crossings(loop, cycles),
     }
 
