@@ -280,6 +280,6 @@ def test_loops_of_one_name_are_told_apart_by_their_files(run, folder, sticky_csv
     for month in ("may", "june"):
         name = f"FIC-101 ({month}/FIC-101.csv)"
         assert re.search(rf"\n{re.escape(name)} +Stiction", done.out)
-        assert f"\n{name}, step by step" in done.out
+        assert f"\n{name}, in detail" in done.out
         assert f">{name}</a>" in page
         assert f"{name} · " in page
