@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.diagnosis.loop_state import HEADLINES, describe_state
-from stiction.display.check_text import describe_check
 from stiction.report import figures, labels
 from stiction.report.blocks import (
     Block,
@@ -190,7 +189,7 @@ def _quality(diagnosis: Diagnosis) -> list[Block]:
             check.value,
             check.limit,
             check.unit,
-            describe_check(check),
+            check.why,
         ]
         for check in sorted(quality.checks, key=lambda check: order.index(check.severity))
     ]
