@@ -68,6 +68,11 @@ class ReadingOptions:
         Longest time in seconds over which a value is held or interpolated.
     max_bytes
         Largest size of a file after decompression (2000000000).
+    good_codes
+        Codes of the quality columns that are good, such as 0,4; all others are then bad. By default, by the schemes of
+        the vendors.
+    keep_uncertain
+        Use values of uncertain quality; they are missing by default.
     query
         Database: a SELECT statement.
     table
@@ -102,6 +107,8 @@ class ReadingOptions:
     align: Literal["last", "interpolate"] | None = None
     max_gap: float | None = None
     max_bytes: int | None = None
+    good_codes: str | None = None
+    keep_uncertain: Annotated[bool | None, Parameter(negative="")] = None
     query: str | None = None
     table: str | None = None
     time_column: str | None = None

@@ -51,6 +51,10 @@ class ReadOptions:
     max_gap: float | None = None
     """Longest time over which a value is held or interpolated when tags are aligned [s]."""
     max_bytes: int = MAX_BYTES
+    good_codes: tuple[str, ...] = ()
+    """Codes of the quality columns that are good; all others are bad. Empty: by the schemes of the vendors."""
+    keep_uncertain: bool = False
+    """Whether values of uncertain quality are used."""
 
     def __post_init__(self) -> None:
         put = object.__setattr__
@@ -83,6 +87,9 @@ class ReadOptions:
                     f"columns[{signal!r}] = {column!r} is neither a name nor a number; give the name or the number of "
                     "a column."
                 )
+        codes = self.good_codes.split(",") if isinstance(self.good_codes, str) else self.good_codes
+        put(self, "good_codes", tuple(text for code in codes if (text := str(code).strip().upper())))
+        require_kind("keep_uncertain", self.keep_uncertain, bool, "True or False")
         put(self, "columns", {signal.lower(): column for signal, column in self.columns.items()})
         put(self, "op_range", _span("op_range", "OP", self.op_range))
         put(self, "mv_range", _span("mv_range", "valve position", self.mv_range))

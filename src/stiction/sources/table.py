@@ -122,8 +122,8 @@ class TagColumn:
     """Description as written; empty when there is none."""
     position: int | None = None
     """Column position in the table (from 0), where the user may name it by number."""
-    quality: Callable[[], pl.Series] | None = None
-    """Gives the quality that stands with each value, where each row has one (long tables)."""
+    flags: dict[str, Callable[[], pl.Series]] = field(default_factory=dict)
+    """Heading -> gives the quality or bad flag that stands with each value, where each row has one (long tables)."""
     own_clock: bool = False
     """Whether this tag was stored at times of its own, so that it must be aligned with the loop's other tags."""
     parts: tuple[TagColumn, ...] = ()
