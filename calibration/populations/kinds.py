@@ -7,21 +7,21 @@ was counted.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from calibration.populations.causes import SCENARIOS, sample_any_loop
 from calibration.populations.draw import record_scenario
-from calibration.populations.faulty_loop import Faults, run_faulty
+from calibration.populations.faulty_loop import Faults
+from calibration.populations.kind_plan import KindCase, Plan, record_plan
 from calibration.populations.loads import lagged_noise, steps, wave
 from calibration.populations.processes import gain_margin, log_uniform, scale_gain
 from calibration.populations.split_range import draw_split_range
 from calibration.populations.valves import sticky_valve
 from stiction.models import Kano
 from stiction.records.quality.quantisation import robust_range
-from stiction.records.record import LoopRecord, Provenance
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -30,60 +30,12 @@ if TYPE_CHECKING:
 
     from stiction.models import Loop
 
-__all__ = ["KINDS", "KindCase", "kind_population"]
+__all__ = ["KINDS", "draw_kind", "kind_population"]
 
 KIND = 13
 """Follows the seed and number of a loop, so that none is drawn like one of another population."""
 CYCLES, SAMPLES = (6.0, 60.0), (900, 5000)
 """Periods and samples of a record [-]."""
-MAX_AT_LIMIT = 0.02
-"""Largest share of the samples with OP at a limit where that is not the fault [-]."""
-TRANSMITTER = (0.01, 0.3)
-"""Standard deviation of the measurement noise over the PV's swing, or where nothing else moves the loop, OP's [-]."""
-
-
-@dataclass(frozen=True)
-class KindCase:
-    """A record and all that is true of its loop."""
-
-    record: LoopRecord
-    """The record."""
-    kind: str
-    """One of `KINDS`."""
-    causes: tuple[str, ...]
-    """All true causes that a record can show, by the names of the diagnosis; empty where it shows none."""
-    S: float = 0.0
-    """Deadband plus stickband [% of span]; infinite of a stuck stem."""
-    J: float = 0.0
-    """Slip jump [% of span]."""
-
-    @property
-    def sticky(self) -> bool:
-        """Whether the valve sticks."""
-        return self.S > 0.0 and 0.1 * min(self.S, 1e9) <= self.J
-
-
-@dataclass(frozen=True)
-class Plan:
-    """A loop, its faults and what moves it; series are deviations, shape (n_samples,)."""
-
-    loop: Loop
-    causes: tuple[str, ...]
-    n: int
-    faults: Faults = Faults()
-    sp: NDArray[np.float64] | float = 0.0
-    load: NDArray[np.float64] | float = 0.0
-    pv_load: NDArray[np.float64] | float = 0.0
-    op_start: float = 50.0
-    burn: int = 0
-    noise: float | None = None
-    logged: str = "op"
-    at_limit: bool = False
-
-    def run(self, noise: NDArray[np.float64] | float = 0.0) -> NDArray[np.float64]:
-        """PV, OP and stem without the samples before the record."""
-        sp, load, pv = (np.zeros(self.n) + x for x in (self.sp, self.load, self.pv_load))
-        return run_faulty(self.loop, self.faults, sp, load, pv + noise, self.op_start)[:, self.burn :]
 
 
 def kind_population(n: int, seed: int = 0, kinds: tuple[str, ...] = ()) -> Iterator[KindCase]:
@@ -119,44 +71,9 @@ def draw_kind(rng: np.random.Generator, kind: str, tag: str) -> KindCase:
         drawn = KINDS[kind](rng)
         if drawn is None:
             continue
-        case = _record(rng, drawn, tag) if isinstance(drawn, Plan) else drawn
+        case = record_plan(rng, drawn, tag) if isinstance(drawn, Plan) else drawn
         if case is not None:
             return replace(case, kind=kind, record=replace(case.record, tag=tag, mv=None))
-
-
-def _record(rng: np.random.Generator, plan: Plan, tag: str) -> KindCase | None:
-    """Run a plan with noise; None where it does not move, or runs into a limit that is not its fault."""
-    pv, op, _ = plan.run()
-    level = plan.noise
-    if level is None:
-        controller = plan.loop.controller
-        amplified = abs(controller.Kc) * (1.0 + (controller.N if controller.Td else 0.0))
-        level = log_uniform(rng, *TRANSMITTER) * robust_range(pv)
-        level = min(level, 0.08 * robust_range(op) / amplified)
-    pv, op, mv = plan.run(level * rng.normal(size=plan.n))
-    limited = float(np.mean((op <= 0.05) | (op >= 99.95)))
-    if not np.isfinite(pv).all() or not np.ptp(op) > 0.01 or (limited > MAX_AT_LIMIT and not plan.at_limit):
-        return None
-    faults = plan.faults
-    if plan.logged == "unmoved":
-        faults = faults._replace(S=float(np.ptp(op)) * log_uniform(rng, 1.1, 5.0), J=faults.J)
-        if not 0.5 < faults.S < 15.0:
-            return None
-        faults = faults._replace(J=faults.J * faults.S)
-    if plan.logged == "stem":
-        op = mv + 0.02 * robust_range(mv) * rng.normal(size=mv.size)
-    if plan.logged == "pulses":
-        op = mv
-    step = float(rng.choice([0.001, 0.01, 0.05]))
-    origin, integrating = Provenance(source="simulation", rows=pv.size), plan.loop.process.den[-1] == 0.0  # type: ignore[union-attr]
-    sp = 50.0 + (np.zeros(plan.n) + plan.sp)[plan.burn :]
-    sp_known = "set_point" in plan.causes or rng.random() < 0.85
-    loop_type = str(rng.choice(["level", "pressure"] if integrating else ["flow", "pressure", "temperature"]))
-    record = LoopRecord(
-        tag, plan.loop.dt, op=np.round(op / step) * step, pv=pv, sp=sp if sp_known else None,
-        loop_type=loop_type, integrating=bool(integrating), provenance=origin,
-    )  # fmt: skip
-    return KindCase(record, "", plan.causes, faults.S, faults.J)
 
 
 def _length(rng: np.random.Generator, period: float) -> int:
@@ -441,7 +358,7 @@ def _slow_slips(rng: np.random.Generator) -> KindCase | None:
     if n / max(turns, 1) < 100.0:
         return None
     level = min(log_uniform(rng, 0.05, 0.3) * robust_range(pv), 0.15 * robust_range(op) / abs(loop.controller.Kc))
-    return _record(rng, replace(plan, noise=level), "")
+    return record_plan(rng, replace(plan, noise=level), "")
 
 
 KINDS: dict[str, Callable[[np.random.Generator], Plan | KindCase | None]] = {

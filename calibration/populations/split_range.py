@@ -61,6 +61,7 @@ def split_range_population(n: int, seed: int = 0) -> Iterator[Case]:
 
 
 def draw_split_range(rng: np.random.Generator, tag: str) -> Case:
+    """Draw one loop with a gap between two good valves."""
     n, dt, dead = int(rng.integers(*SAMPLES)), float(rng.choice([1.0, 2.0, 5.0, 10.0])), int(rng.integers(*DEAD_TIME))
     half, centre = 0.5 * log_uniform(rng, *GAP), float(rng.uniform(*CENTRE))
     gain, keep = 10.0 ** float(rng.uniform(-0.5, 0.8)), float(np.exp(-1.0 / log_uniform(rng, *TIME_CONSTANT)))

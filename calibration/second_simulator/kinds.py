@@ -31,6 +31,8 @@ CYCLES, SAMPLES = (8.0, 50.0), (1000, 5000)
 """Periods and samples of a record [-]."""
 MAX_AT_LIMIT = 0.02
 """Largest share of the samples with OP at a limit where that is not the fault [-]."""
+WHOLE = Output()
+"""Nothing wrong between controller and valve."""
 STATIC_OF_STUCK = 1e4
 """Static friction of a stuck stem [% of span]."""
 
@@ -68,7 +70,7 @@ class Draft:
     sp: NDArray[np.float64] | float = 0.0
     load: NDArray[np.float64] | float = 0.0
     noise: float = 0.05
-    output: Output = Output()
+    output: Output = WHOLE
     logged: str = "op"
     warm: int = 300
     may_limit: bool = False
@@ -348,19 +350,7 @@ SECOND_KINDS: dict[str, Callable[[np.random.Generator], Draft | None]] = {
 
 
 def sample_kind(kind: str, seed: int) -> SecondKind:
-    """Draw loops of a kind until one shows it.
-
-    Parameters
-    ----------
-    kind : str
-        One of `SECOND_KINDS`.
-    seed : int
-        Seed of the loop.
-
-    Returns
-    -------
-    SecondKind
-        Record and truth.
+    """Draw loops of a kind, one of `SECOND_KINDS`, from a seed until one shows it.
 
     Examples
     --------
