@@ -10,12 +10,13 @@ import argparse
 from collections import Counter
 from itertools import cycle, islice
 
+from stiction.fleet.loop_diagnosis import diagnose_record
+from stiction.fleet.screen import screen_record
+
 import stiction as st
 from calibration.loop_sets import FIRST_SIMULATOR, draw_chunk
 from stiction.fleet import common_clock
-from stiction.fleet.loop_diagnosis import diagnose_record
 from stiction.fleet.loop_row import WorkSettings
-from stiction.fleet.screen import screen_record
 from stiction.fleet.source_parts import LoopPlace, SourcePart
 
 __all__ = ["count_losses"]

@@ -10,7 +10,7 @@ from stiction.apps.reading_options import ReadingOptions
 from stiction.errors import ParameterError, StictionError
 
 if TYPE_CHECKING:
-    from stiction.fleet import Audit
+    from stiction.fleet import Audit, LoopRow
 
 __all__ = ["audit", "print_audit"]
 
@@ -91,7 +91,7 @@ def audit(
         print_err("Stopped. The results so far are stored; run the same command again to continue.")
         return 130
     if not sources:
-        _check_pages(page, [row["tag"] for row in found.rows])
+        _check_pages(page, [row.tag for row in found.rows])
     changes = None
     if other is not None:
         from stiction.fleet import compare_audits
@@ -177,20 +177,19 @@ def _write(found: "Audit", changes: list[dict[str, Any]] | None, pages: int, tag
     for row in found.rows:
         if len(written) == pages:
             break
-        if row["status"] == "diagnosed":
+        if row.status == "diagnosed":
             try:
-                if row["tag"] not in tags:
-                    write_loop_page(found, row["tag"])
-                written.add(row["tag"])
+                if row.tag not in tags:
+                    write_loop_page(found, row.tag)
+                written.add(row.tag)
             except Exception as error:  # one page must not cost the table and the other pages
-                print_err(f"The page of {row['tag']} was not written: {error}")
+                print_err(f"The page of {row.tag} was not written: {error}")
     return str(write_audit_page(found, changes=changes))
 
 
 def print_audit(found: "Audit", changes: list[dict[str, Any]] | None = None) -> None:
     """Print counts, the ten worst loops, the groups, and what changed."""
     from stiction.apps.output import print_out, print_table
-    from stiction.display import format_probability, format_seconds
     from stiction.report import labels
 
     counts = found.counts
@@ -202,15 +201,12 @@ def print_audit(found: "Audit", changes: list[dict[str, Any]] | None = None) -> 
     )
     rows = [
         [
-            row["tag"],
-            row["group"] or "",
-            labels.VERDICTS[row["verdict"]] if row["status"] == "diagnosed" else row["status"],
-            (row["loop_state"] or "").replace("_", " "),
-            f"follows {row['follows']}" if row["follows"] else labels.CAUSES.get(row["oscillation_cause"], ""),
-            format_probability(row["probability"]) if row["status"] == "diagnosed" else "",
-            "" if row["S"] is None else f"{row['S']:.2g}",
-            format_seconds(row["period_s"]) if row["period_s"] else "",
-            f"{row['priority']:.2f}",
+            row.tag,
+            row.text("group"),
+            labels.VERDICTS[row.verdict] if row.status == "diagnosed" else row.status,
+            row.text("loop_state"),
+            f"follows {row.follows}" if row.follows else labels.CAUSES.get(row.oscillation_cause, ""),
+            *(row.text(name) for name in ("probability", "S", "period_s", "priority")),
         ]
         for row in found.worst(10)
     ]
@@ -233,7 +229,7 @@ def _print_not_judged(found: "Audit", *, max_tags: int = 10) -> None:
     """Print the loops that were not judged, and the tags that the source does not have."""
     from stiction.apps.output import print_out
 
-    loops = [f"{row['tag']} ({_state_text(row)})" for row in found.not_judged]
+    loops = [f"{row.tag} ({_state_text(row)})" for row in found.not_judged]
     for what, tags in (
         ("Not judged", loops),
         ("Tags of the map that the source does not have", found.missing_tags["map_tags"]),
@@ -244,7 +240,5 @@ def _print_not_judged(found: "Audit", *, max_tags: int = 10) -> None:
             print_out(f"\n{what}: {', '.join(tags[:max_tags])}{more}")
 
 
-def _state_text(row: dict[str, Any]) -> str:
-    if row["status"] in ("error", "timeout", "crashed"):
-        return row["status"]
-    return (row["loop_state"] or row["status"]).replace("_", " ")
+def _state_text(row: "LoopRow") -> str:
+    return row.text("status") if row.failed or row.loop_state is None else row.text("loop_state")
