@@ -115,8 +115,8 @@ def test_300_loops_have_one_answer(tmp_path, engine):
 
 @pytest.mark.slow
 def test_demo_loops_have_one_answer(tmp_path, audit_in_process):
-    from stiction.simulation.demo import demo_plant
     from stiction.records.parquet_writer import to_parquet
+    from stiction.simulation.demo import demo_plant
 
     records = [loop.record for loop in demo_plant()]
     to_parquet(records, tmp_path / "demo.parquet")
