@@ -7,7 +7,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stiction.apps.web.loop_set import table_row
+from stiction.apps.web.table_row import table_row
 from stiction.errors import RecordError
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stiction.apps.web.loop_set import table_row
+from stiction.apps.web.table_row import table_row
 
 if TYPE_CHECKING:
     from stiction.diagnosis import Diagnosis
