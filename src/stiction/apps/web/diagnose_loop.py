@@ -98,8 +98,8 @@ def loop_content(diagnosis: Diagnosis) -> dict[str, Any]:
     """Return what the page of a loop shows apart from its trends, ready for JSON."""
     from stiction.diagnosis.loop_state import HEADLINES, describe_action, describe_state
     from stiction.report import labels
-    from stiction.report.explanation import describe_controller, describe_identification
     from stiction.report.figures.contributions import feature_table
+    from stiction.report.identification_text import describe_controller, describe_identification
 
     record, found, unit = diagnosis.record, diagnosis.identification, diagnosis.record.op_unit_short
     state = diagnosis.loop_state
