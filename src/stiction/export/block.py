@@ -124,7 +124,7 @@ class Block:
         return [Value("double", name) for name in names]
 
 
-def block_of(model: object, name: str | None, dt: float, syntax: Callable[[str], CSyntax] = CSyntax) -> Block:
+def block_of(model: object, name: str | None, dt: float | None, syntax: Callable[[str], CSyntax] = CSyntax) -> Block:
     """Make the block of a valve, a compensator or a loop.
 
     Parameters
@@ -133,8 +133,8 @@ def block_of(model: object, name: str | None, dt: float, syntax: Callable[[str],
         The model.
     name : str, optional
         Name of the exported model; by default the name of its class in lower case.
-    dt : float
-        Sampling period [s].
+    dt : float, optional
+        Sampling period [s]; a loop has its own.
     syntax : callable
         Target language.
 
@@ -148,7 +148,6 @@ def block_of(model: object, name: str | None, dt: float, syntax: Callable[[str],
     ParameterError
         When the model is of another type, or the sampling period or the name is not allowed.
     """
-    dt = require_positive("dt", dt, "s")
     name = name or type(model).__name__.lower()
     make = _make_valve if isinstance(model, Valve) else _make_compensator if isinstance(model, Compensator) else None
     if make is None:
@@ -156,6 +155,9 @@ def block_of(model: object, name: str | None, dt: float, syntax: Callable[[str],
             f"model is of type {type(model).__name__}",
             remedy="give a valve such as Kano(5.0, 2.0), a compensator, a Loop, or a Diagnosis with an identified loop",
         )
+    if dt is None:
+        raise ParameterError("dt is missing", remedy="give the sampling period of the exported model in seconds")
+    dt = require_positive("dt", dt, "s")
     title = (inspect.getdoc(type(model)) or "").split("\n\n")[0].replace("\n", " ")
     block = Block(name, title, repr(model), dt, syntax(name))
     make(block, model)

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from stiction.export.block import Block
     from stiction.export.variables import Variable
 
-__all__ = ["c_header", "c_source", "refusals", "written_by"]
+__all__ = ["c_header", "c_source", "memory_length", "refusals", "written_by"]
 
 
 def written_by(block: Block) -> list[str]:
@@ -23,19 +23,37 @@ def written_by(block: Block) -> list[str]:
     return [block.title, f"Model: {block.source}", f"Sampling period: {block.dt:g} s. Written by stiction {__version__}."]
 
 
+def memory_length(block: Block) -> int:
+    """Numbers in the record of the exported model [-]."""
+    return (
+        1
+        + max(len(block.settings), 1)
+        + sum(one.length for one in block.packed)
+        + sum(length for _, length in block.arrays)
+        + len(block.outputs)
+        + _numbers_in(block.state)
+    )
+
+
+def _numbers_in(struct: Struct | None) -> int:
+    fields = struct.fields if struct else ()
+    return sum(_numbers_in(kind) if isinstance(kind, Struct) else 1 for _, kind in fields)
+
+
 def refusals(block: Block) -> list[tuple[str, str]]:
-    """Conditions under which the model does not start, in C, and what to say about each."""
+    """Conditions under which the model does not start, in its language, and what to say about each."""
     found = []
+    unequal, either = block.syntax.operators["!="], block.syntax.operators["or"]
     for one in block.settings:
-        name = f"m->parameters.{block.syntax.name(one.name)}"
-        tests = [f"{name} != {name}"]
+        name = block.syntax.member(f"parameters.{block.syntax.name(one.name)}")
+        tests = [f"{name} {unequal} {name}"]
         if math.isfinite(one.low):
             tests.append(f"{name} {'<=' if one.above else '<'} {block.syntax.number(one.low)}")
         if math.isfinite(one.high):
             tests.append(f"{name} > {block.syntax.number(one.high)}")
-        found.append((" || ".join(tests), f"{one.name} is out of its range: {_range_text(one)}."))
+        found.append((f" {either} ".join(tests), f"{one.name} is out of its range: {_range_text(one)}."))
     found += [
-        (test.replace("self->", "m->parameters."), f"the parameters do not fit together: {text} is not allowed.")
+        (test.replace(block.syntax.parameter("self", ""), block.syntax.member("parameters.")), f"the parameters do not fit together: {text} is not allowed.")
         for test, text in block.refusals
     ]
     return found
