@@ -18,7 +18,7 @@ import numpy as np
 from bench import Row, Section
 
 import stiction as st
-from stiction.simulation.historian import sample_slower
+from calibration.historian import sample_slower
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

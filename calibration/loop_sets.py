@@ -165,7 +165,7 @@ def _draw_second(own: int, count: int) -> Iterator[KnownLoop]:
 
 def _store(case: Case, rng: np.random.Generator) -> tuple[LoopRecord, tuple[str, ...]]:
     """The record of a case after one effect of a historian."""
-    from stiction.simulation.historian import apply_effect
+    from calibration.historian import apply_effect
 
     effect = str(rng.choice(STORED_EFFECTS))
     strength = MAX_EFFECT * float(rng.uniform(0.1, 1.0))

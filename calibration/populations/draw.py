@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from calibration.historian import EFFECTS, INTERVAL_EFFECTS, apply_effect, sample_slower
+from calibration.historian.effects import MAX_INTERVAL_SAMPLES
 from calibration.populations.case import CAUSES, Case
 from calibration.populations.causes import PER_PERIOD, SCENARIOS
 from calibration.populations.loads import lagged_noise
@@ -14,8 +16,6 @@ from calibration.populations.position import report_position
 from calibration.populations.processes import log_uniform
 from stiction.errors import ParameterError
 from stiction.records.quality.quantisation import robust_range
-from stiction.simulation.historian import EFFECTS, INTERVAL_EFFECTS, apply_effect, sample_slower
-from stiction.simulation.historian.effects import MAX_INTERVAL_SAMPLES
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

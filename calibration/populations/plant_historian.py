@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from calibration.historian import average_intervals, quantise_signals, sample_slower
 from calibration.populations.case import Case
 from calibration.populations.loads import SHAPES, lagged_noise, steps, wave
 from calibration.populations.processes import gain_margin, log_uniform, scale_gain, with_gain_margin
@@ -20,7 +21,6 @@ from calibration.populations.scenario import Scenario
 from calibration.populations.valves import LEAST_JUMP, sticky_valve
 from stiction.models import FOPDT, PID, SOPDT, Ideal, Integrating, Kano, Loop, TransferFunction
 from stiction.records.quality.quantisation import robust_range
-from stiction.simulation.historian import average_intervals, quantise_signals, sample_slower
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

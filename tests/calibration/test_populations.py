@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import stiction as st
+from calibration.historian import EFFECTS
 from calibration.populations import (
     CAUSES,
     plant_population,
@@ -25,7 +26,6 @@ from calibration.populations.valves import MODELS, PUBLISHED_BODIES, physical_va
 from calibration.populations.wandering import SHAPES as WANDERING
 from calibration.populations.wandering import wandering_wave
 from stiction.errors import ParameterError
-from stiction.simulation.historian import EFFECTS
 
 OWN = ("stiction", "deadband", "tight tuning")
 """Causes that make the loop oscillate by itself."""

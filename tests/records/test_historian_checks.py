@@ -10,12 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as some
 
-from stiction.diagnosis.oscillation import find_oscillation
-from stiction.models import FOPDT, PID, Ideal, Integrating, Kano, Loop
-from stiction.records import LoopRecord, assess_quality, usable_segment
-from stiction.records.quality.moving_average import detect_averaging_window
-from stiction.simulation import simulate
-from stiction.simulation.historian import (
+from calibration.historian import (
     add_gaps,
     average_intervals,
     clip_op,
@@ -28,6 +23,11 @@ from stiction.simulation.historian import (
     report_by_exception,
     sample_slower,
 )
+from stiction.diagnosis.oscillation import find_oscillation
+from stiction.models import FOPDT, PID, Ideal, Integrating, Kano, Loop
+from stiction.records import LoopRecord, assess_quality, usable_segment
+from stiction.records.quality.moving_average import detect_averaging_window
+from stiction.simulation import simulate
 
 
 def _loop(valve, process, controller, seed, noise, n=1600, load=0.0):

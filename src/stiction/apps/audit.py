@@ -215,7 +215,7 @@ def print_audit(found: "Audit", changes: list[dict[str, Any]] | None = None) -> 
         for row in found.worst(10)
     ]
     columns = ["Loop", "Group", "Verdict", "State", "Cause", "Probability", "S [%]", "Period", "Priority"]
-    print_table(columns, rows, right=["Group", "Probability", "S [%]", "Period", "Priority"])
+    print_table(columns, rows)
     _print_not_judged(found)
     for group in found.groups:
         print_out(f"\nGroup {group['number']}: {group['summary']}")

@@ -18,7 +18,6 @@ from stiction.diagnosis.verdict.decision import Costs, decide
 from stiction.diagnosis.verdict.diagnosis import Diagnosis
 from stiction.diagnosis.verdict.features import FeatureInput, compute_features
 from stiction.diagnosis.verdict.model import stiction_model
-from stiction.display.check_text import describe_check
 from stiction.errors import RecordError, require_probability
 from stiction.records.assess import assess_quality
 from stiction.records.conditioned import Conditioned, condition
@@ -129,7 +128,7 @@ def _left_out(state: LoopState) -> list[tuple[int, int]]:
 
 def _bad_data(state: LoopState, quality: Quality) -> LoopState:
     """The state of a record that the data checks reject."""
-    rejects = tuple(describe_check(check) for check in quality.rejections)
+    rejects = tuple(check.why for check in quality.rejections)
     why = rejects or ("OP or PV does not vary enough to identify a valve; record while both move.",)
     return replace(state, state="bad_data", share=1.0, rejects=why)
 

@@ -98,8 +98,8 @@ def loop_content(diagnosis: Diagnosis) -> dict[str, Any]:
     """Return what the page of a loop shows apart from its trends, ready for JSON."""
     from stiction.diagnosis.loop_state import HEADLINES, describe_action, describe_state
     from stiction.report import labels
-    from stiction.report.explanation import describe_controller, describe_identification
     from stiction.report.figures.contributions import feature_table
+    from stiction.report.identification_text import describe_controller, describe_identification
 
     record, found, unit = diagnosis.record, diagnosis.identification, diagnosis.record.op_unit_short
     state = diagnosis.loop_state
@@ -183,11 +183,9 @@ def _contributions_sentence(diagnosis: Diagnosis) -> str:
 
 
 def _checks(diagnosis: Diagnosis) -> list[dict[str, Any]]:
-    from stiction.display.check_text import describe_check
-
     order = {"reject": 0, "warn": 1, "ok": 2}
     checks = sorted(diagnosis.quality.checks, key=lambda check: order.get(check.severity, 0))
-    return [{"name": one.name, "severity": one.severity, "why": describe_check(one)} for one in checks]
+    return [{"name": one.name, "severity": one.severity, "why": one.why} for one in checks]
 
 
 def _origin(record: LoopRecord) -> list[list[str]]:

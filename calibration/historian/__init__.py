@@ -1,6 +1,6 @@
 """Effects of historians and of faulty data on records, one function for each effect."""
 
-from stiction.simulation.historian.data_faults import (
+from calibration.historian.data_faults import (
     add_clock_jumps,
     add_gaps,
     add_manual_period,
@@ -10,8 +10,8 @@ from stiction.simulation.historian.data_faults import (
     freeze_signals,
     replay_segment,
 )
-from stiction.simulation.historian.effects import EFFECTS, INTERVAL_EFFECTS, apply_effect
-from stiction.simulation.historian.historian_storage import (
+from calibration.historian.effects import EFFECTS, INTERVAL_EFFECTS, apply_effect
+from calibration.historian.historian_storage import (
     average_intervals,
     compress_by_swinging_door,
     interpolate_samples,

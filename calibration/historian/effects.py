@@ -6,10 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.errors import ParameterError, require_seed
-from stiction.records.quality.quantisation import robust_range
-from stiction.records.record import require_record
-from stiction.simulation.historian.data_faults import (
+from calibration.historian.data_faults import (
     add_clock_jumps,
     add_gaps,
     add_manual_period,
@@ -19,7 +16,7 @@ from stiction.simulation.historian.data_faults import (
     freeze_signals,
     replay_segment,
 )
-from stiction.simulation.historian.historian_storage import (
+from calibration.historian.historian_storage import (
     average_intervals,
     compress_by_swinging_door,
     interpolate_samples,
@@ -27,6 +24,9 @@ from stiction.simulation.historian.historian_storage import (
     report_by_exception,
     sample_slower,
 )
+from stiction.errors import ParameterError, require_seed
+from stiction.records.quality.quantisation import robust_range
+from stiction.records.record import require_record
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -38,7 +38,7 @@ __all__ = ["EFFECTS", "INTERVAL_EFFECTS", "apply_effect"]
 MAX_INTERVAL_SAMPLES = 60
 """Longest sampling, averaging or interpolating interval of the effects [samples of the record]."""
 INTERVAL_EFFECTS = ("sampling", "averaging", "interpolation")
-"""Effects whose strength sets an interval: SLOWEST to the power of the strength [samples of the record]."""
+"""Effects whose strength sets an interval: `MAX_INTERVAL_SAMPLES` to the power of the strength [samples]."""
 
 
 def _effect_interval(record: LoopRecord, strength: float) -> float:
@@ -108,7 +108,7 @@ def apply_effect(record: LoopRecord, effect: str, strength: float, seed: int = 0
     Examples
     --------
     >>> from stiction.records import LoopRecord
-    >>> from stiction.simulation.historian import apply_effect
+    >>> from calibration.historian import apply_effect
     >>> record = LoopRecord("FC1", 1.0, op=np.arange(120.0), pv=np.arange(120.0))
     >>> len(apply_effect(record, "sampling", strength=1.0))
     2

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from calibration.historian.historian_storage import SIGNALS, map_signals
 from stiction.errors import ParameterError, require_finite, require_not_negative, require_seed
 from stiction.records.record import require_record
-from stiction.simulation.historian.historian_storage import SIGNALS, map_signals
 
 if TYPE_CHECKING:
     from stiction.records.record import LoopRecord
@@ -53,7 +53,7 @@ def add_gaps(record: LoopRecord, share: float, seed: int = 0, *, count: int = 3)
     Examples
     --------
     >>> from stiction.records import LoopRecord
-    >>> from stiction.simulation.historian import add_gaps
+    >>> from calibration.historian import add_gaps
     >>> record = add_gaps(LoopRecord("FC1", 1.0, op=np.arange(100.0)), share=0.3, seed=1)
     >>> int(np.isnan(record.op).sum())
     30
@@ -92,7 +92,7 @@ def drop_samples(record: LoopRecord, share: float, seed: int = 0) -> LoopRecord:
     Examples
     --------
     >>> from stiction.records import LoopRecord
-    >>> from stiction.simulation.historian import drop_samples
+    >>> from calibration.historian import drop_samples
     >>> drop_samples(LoopRecord("FC1", 1.0, op=[1.0, 2.0, 3.0]), share=1.0).op.tolist()
     [nan, nan, nan]
     """
@@ -128,7 +128,7 @@ def freeze_signals(record: LoopRecord, share: float, seed: int = 0, *, count: in
     Examples
     --------
     >>> from stiction.records import LoopRecord
-    >>> from stiction.simulation.historian import freeze_signals
+    >>> from calibration.historian import freeze_signals
     >>> record = freeze_signals(LoopRecord("FC1", 1.0, op=np.arange(10.0)), share=0.5, count=1)
     >>> np.unique(record.op).size
     6
@@ -169,7 +169,7 @@ def add_clock_jumps(record: LoopRecord, count: int, seed: int = 0, *, longest: f
     Examples
     --------
     >>> from stiction.records import LoopRecord
-    >>> from stiction.simulation.historian import add_clock_jumps
+    >>> from calibration.historian import add_clock_jumps
     >>> record = add_clock_jumps(LoopRecord("FC1", 1.0, op=np.arange(100.0)), count=2, seed=1)
     >>> record.provenance.clock_jumps, bool((np.diff(record.op) > 1.0).any())
     (2, True)
@@ -211,7 +211,7 @@ def replay_segment(record: LoopRecord, share: float, seed: int = 0) -> LoopRecor
     Examples
     --------
     >>> from stiction.records import LoopRecord
-    >>> from stiction.simulation.historian import replay_segment
+    >>> from calibration.historian import replay_segment
     >>> record = replay_segment(LoopRecord("FC1", 1.0, op=np.arange(10.0)), share=0.3, seed=1)
     >>> np.unique(record.op).size
     7
@@ -256,7 +256,7 @@ def add_manual_period(record: LoopRecord, share: float, seed: int = 0, *, record
     Examples
     --------
     >>> from stiction.records import LoopRecord
-    >>> from stiction.simulation.historian import add_manual_period
+    >>> from calibration.historian import add_manual_period
     >>> record = add_manual_period(LoopRecord("FC1", 1.0, op=np.arange(10.0)), share=0.4, record_mode=True)
     >>> int((~record.auto).sum()), np.unique(record.op).size
     (4, 7)
@@ -303,7 +303,7 @@ def clip_op(record: LoopRecord, share: float) -> LoopRecord:
     Examples
     --------
     >>> from stiction.records import LoopRecord
-    >>> from stiction.simulation.historian import clip_op
+    >>> from calibration.historian import clip_op
     >>> clip_op(LoopRecord("FC1", 1.0, op=[1.0, 2.0, 3.0, 4.0, 5.0]), share=0.5).op.tolist()
     [1.0, 2.0, 3.0, 3.0, 3.0]
     """
@@ -337,7 +337,7 @@ def change_units(
     Examples
     --------
     >>> from stiction.records import LoopRecord
-    >>> from stiction.simulation.historian import change_units
+    >>> from calibration.historian import change_units
     >>> change_units(LoopRecord("FC1", 1.0, op=[0.0, 50.0, 100.0]), op=(0.16, 4.0)).op.tolist()
     [4.0, 12.0, 20.0]
     """

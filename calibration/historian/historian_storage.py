@@ -76,7 +76,7 @@ def sample_slower(record: LoopRecord, dt: float) -> LoopRecord:
     Examples
     --------
     >>> from stiction.records import LoopRecord
-    >>> from stiction.simulation.historian import sample_slower
+    >>> from calibration.historian import sample_slower
     >>> sample_slower(LoopRecord("FC1", 1.0, op=[1.0, 2.0, 3.0, 4.0, 5.0]), dt=2.0).op.tolist()
     [1.0, 3.0, 5.0]
     """
@@ -109,7 +109,7 @@ def average_intervals(record: LoopRecord, dt: float) -> LoopRecord:
     Examples
     --------
     >>> from stiction.records import LoopRecord
-    >>> from stiction.simulation.historian import average_intervals
+    >>> from calibration.historian import average_intervals
     >>> average_intervals(LoopRecord("FC1", 1.0, op=[1.0, 2.0, 3.0, 4.0, 5.0]), dt=2.0).op.tolist()
     [1.5, 3.5]
     """
@@ -149,7 +149,7 @@ def interpolate_samples(record: LoopRecord, dt: float) -> LoopRecord:
     Examples
     --------
     >>> from stiction.records import LoopRecord
-    >>> from stiction.simulation.historian import interpolate_samples
+    >>> from calibration.historian import interpolate_samples
     >>> interpolate_samples(LoopRecord("FC1", 1.0, op=[1.0, 9.0, 3.0, 9.0, 5.0]), dt=2.0).op.tolist()
     [1.0, 2.0, 3.0, 4.0, 5.0]
     """
@@ -182,12 +182,13 @@ def report_by_exception(record: LoopRecord, deviation: float, *, interpolate: bo
 
     References
     ----------
-    After thornhill2004, on what compression does to such records.
+    After Thornhill, Choudhury and Shah (Journal of Process Control 14, 2004, 389-398) on what compression does to
+    records.
 
     Examples
     --------
     >>> from stiction.records import LoopRecord
-    >>> from stiction.simulation.historian import report_by_exception
+    >>> from calibration.historian import report_by_exception
     >>> record = LoopRecord("FC1", 1.0, op=[0.0, 1.0, 2.0, 3.0, 4.0, 5.0])
     >>> report_by_exception(record, deviation=1.0).op.tolist()
     [0.0, 0.0, 2.0, 2.0, 4.0, 4.0]
@@ -227,12 +228,12 @@ def compress_by_swinging_door(record: LoopRecord, deviation: float) -> LoopRecor
 
     References
     ----------
-    After bristol1990 and thornhill2004.
+    After Bristol, Swinging door trending (ISA National Conference, 1990).
 
     Examples
     --------
     >>> from stiction.records import LoopRecord
-    >>> from stiction.simulation.historian import compress_by_swinging_door
+    >>> from calibration.historian import compress_by_swinging_door
     >>> record = LoopRecord("FC1", 1.0, op=[0.0, 1.1, 1.9, 3.0, 2.1, 0.9, 0.0])
     >>> compress_by_swinging_door(record, deviation=0.2).op.tolist()
     [0.0, 1.0, 2.0, 3.0, 2.0, 1.0, 0.0]
@@ -270,7 +271,7 @@ def quantise_signals(record: LoopRecord, *, op: float = 0.0, pv: float = 0.0) ->
     Examples
     --------
     >>> from stiction.records import LoopRecord
-    >>> from stiction.simulation.historian import quantise_signals
+    >>> from calibration.historian import quantise_signals
     >>> quantise_signals(LoopRecord("FC1", 1.0, op=[50.2, 50.4, 50.6]), op=0.5).op.tolist()
     [50.0, 50.5, 50.5]
     """

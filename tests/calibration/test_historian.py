@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as some
 from hypothesis.extra.numpy import arrays
 
+from calibration import historian
+from calibration.historian import EFFECTS, INTERVAL_EFFECTS, apply_effect
 from stiction.errors import ParameterError, RecordError
 from stiction.records import LoopRecord
-from stiction.simulation import historian
-from stiction.simulation.historian import EFFECTS, INTERVAL_EFFECTS, apply_effect
 
 N = 600
 SERIES = arrays(np.float64, some.integers(2, 60), elements=some.floats(-100.0, 100.0, width=32))
