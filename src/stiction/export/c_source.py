@@ -20,7 +20,11 @@ def written_by(block: Block) -> list[str]:
     """Lines that say what a file holds and where it comes from."""
     from stiction import __version__
 
-    return [block.title, f"Model: {block.source}", f"Sampling period: {block.dt:g} s. Written by stiction {__version__}."]
+    return [
+        block.title,
+        f"Model: {block.source}",
+        f"Sampling period: {block.dt:g} s. Written by stiction {__version__}.",
+    ]
 
 
 def memory_length(block: Block) -> int:
@@ -53,7 +57,10 @@ def refusals(block: Block) -> list[tuple[str, str]]:
             tests.append(f"{name} > {block.syntax.number(one.high)}")
         found.append((f" {either} ".join(tests), f"{one.name} is out of its range: {_range_text(one)}."))
     found += [
-        (test.replace(block.syntax.parameter("self", ""), block.syntax.member("parameters.")), f"the parameters do not fit together: {text} is not allowed.")
+        (
+            test.replace(block.syntax.parameter("self", ""), block.syntax.member("parameters.")),
+            f"the parameters do not fit together: {text} is not allowed.",
+        )
         for test, text in block.refusals
     ]
     return found
@@ -92,10 +99,11 @@ def c_header(block: Block) -> str:
         "",
         f"#define {name.upper()}_MEMORY (sizeof({name}_model) / sizeof(double))",
         "",
-        "/* The same without a record of its own: `memory` holds the model between two calls, `first` is 1 at the start,",
-        f"   `parameters` and `inputs` are in the order of the header, the last {len(block.starts)} parameters for the",
-        "   start only. Returns 0, or the number of what is wrong. */",
-        f"int {name}_sample(int first, double dt, const double *parameters, const double *inputs, const double *before,",
+        "/* The same without a record of its own: `memory` holds the model between two calls, `first` is 1 at the",
+        "   start, `parameters` and `inputs` are in the order of the header; after the parameters of the model come",
+        f"   {len(block.starts)} for the start only. Returns 0, or the number of what is wrong. */",
+        f"int {name}_sample(int first, double dt, const double *parameters, const double *inputs,",
+        "    const double *before,",
         "    double *memory, double *outputs);",
         "",
         *("#ifdef __cplusplus", "}", "#endif"),
@@ -154,7 +162,8 @@ def _sample(block: Block) -> list[str]:
     given |= {one.name: f"parameters[{n + k}]" for k, one in enumerate(block.starts)}
     start = ", ".join(_substituted(text, given) for _, text in block.start_arguments)
     lines = [
-        f"int {name}_sample(int first, double dt, const double *parameters, const double *inputs, const double *before,",
+        f"int {name}_sample(int first, double dt, const double *parameters, const double *inputs,",
+        "    const double *before,",
         "    double *memory, double *outputs) {",
         f"    union {{ {name}_model model; double numbers[{name.upper()}_MEMORY]; }} u;",
         "    int wrong = 0;",

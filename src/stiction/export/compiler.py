@@ -18,8 +18,17 @@ BUILD_SECONDS = 120.0
 Platform = tuple[str, str, str]
 """Folder of binaries in FMI 2.0 and in FMI 3.0, and the ending of a shared library."""
 
-_SYSTEMS = {"linux": ("linux", "linux", ".so"), "darwin": ("darwin", "darwin", ".dylib"), "win32": ("win", "windows", ".dll")}
-_MACHINES = {"amd64": ("64", "x86_64"), "x86_64": ("64", "x86_64"), "arm64": ("", "aarch64"), "aarch64": ("", "aarch64")}
+_SYSTEMS = {
+    "linux": ("linux", "linux", ".so"),
+    "darwin": ("darwin", "darwin", ".dylib"),
+    "win32": ("win", "windows", ".dll"),
+}
+_MACHINES = {
+    "amd64": ("64", "x86_64"),
+    "x86_64": ("64", "x86_64"),
+    "arm64": ("", "aarch64"),
+    "aarch64": ("", "aarch64"),
+}
 
 
 class BuildError(Exception):
@@ -28,7 +37,9 @@ class BuildError(Exception):
 
 def find_compiler() -> str | None:
     """Return the C compiler: that of the environment variable CC, else cc, gcc or clang; None where there is none."""
-    return next((path for name in (os.environ.get("CC"), "cc", "gcc", "clang") if name and (path := shutil.which(name))), None)
+    return next(
+        (path for name in (os.environ.get("CC"), "cc", "gcc", "clang") if name and (path := shutil.which(name))), None
+    )
 
 
 def this_platform() -> Platform | None:

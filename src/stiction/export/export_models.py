@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,19 +15,22 @@ from stiction.export.syntax import C_RESERVED, MATLAB_RESERVED, CSyntax, MatlabS
 from stiction.records.atomic_write import write_files
 
 if TYPE_CHECKING:
+    import os
+
     from stiction.export.block import Block
 
 __all__ = ["ExportedModel", "export_c", "export_fmu", "export_matlab", "export_modelica"]
 
 FMI_VERSIONS = ("2.0", "3.0")
-MODELICA_RESERVED = frozenset(
+_MODELICA = (
     "algorithm and annotation assert block class connect connector constant constrainedby der discrete each elsewhen "
     "encapsulated end enumeration equation expandable extends external final flow function impure import in initial "
     "inner input loop model not operator or outer output package parameter partial protected public pure record "
-    "redeclare replaceable stream then time type when within".split()
+    "redeclare replaceable stream then time type when within"
 )
-HEADERS = frozenset("math stdio stdlib string stdint stdbool fmu fmi2 fmi3 fmi_common sample_model memory".split())
-"""Names of files and functions that an exported model uses itself."""
+_OWN = "math stdio stdlib string stdint stdbool fmu fmi2 fmi3 fmi_common sample_model memory"
+MODELICA_RESERVED, HEADERS = frozenset(_MODELICA.split()), frozenset(_OWN.split())
+"""Words of Modelica; names of files and functions that an exported model uses itself."""
 
 
 @dataclass(frozen=True)

@@ -6,15 +6,12 @@ import ast
 import inspect
 import math
 import operator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from stiction.export.syntax import Array, Struct
 from stiction.export.values import Fixed, Items, Method, Settings, TranslationError, Value
-
-if TYPE_CHECKING:
-    from stiction.export.translate import Translator
 
 __all__ = ["Expressions"]
 
@@ -40,9 +37,15 @@ FUNCTIONS = {
 
 
 class Expressions:
-    """Values of expressions, in the names and records of one function."""
+    """Values of expressions, in the names and records of one function.
 
-    def __init__(self, translator: Translator) -> None:
+    Parameters
+    ----------
+    translator : Translator
+        Translates the functions that are called, and knows the records.
+    """
+
+    def __init__(self, translator: Any) -> None:
         self.translator = translator
         self.syntax = translator.syntax
         self.env: dict[str, Any] = {}
@@ -56,7 +59,7 @@ class Expressions:
 
     def value(self, node: ast.expr) -> Any:
         """Translate an expression."""
-        handle = getattr(self, f"of_{type(node).__name__}", None)
+        handle = getattr(self, f"_of_{type(node).__name__}", None)
         if handle is None:
             raise TranslationError(f"the expression `{ast.unparse(node)}` is not known")
         return handle(node)
@@ -95,20 +98,20 @@ class Expressions:
             raise TranslationError(f"{len(parts)} values for {n} names")
         return parts
 
-    def of_Constant(self, node: ast.Constant) -> Fixed:
+    def _of_Constant(self, node: ast.Constant) -> Fixed:
         return Fixed(node.value)
 
-    def of_JoinedStr(self, node: ast.JoinedStr) -> Fixed:
+    def _of_JoinedStr(self, node: ast.JoinedStr) -> Fixed:
         return Fixed(ast.unparse(node))
 
-    def of_Name(self, node: ast.Name) -> Any:
+    def _of_Name(self, node: ast.Name) -> Any:
         if node.id in self.env:
             return self.env[node.id]
         if node.id in self.known:
             return Fixed(self.known[node.id])
         raise TranslationError(f"the name {node.id} is not known")
 
-    def of_Tuple(self, node: ast.Tuple | ast.List) -> Items:
+    def _of_Tuple(self, node: ast.Tuple | ast.List) -> Items:
         parts: list[Any] = []
         for element in node.elts:
             if isinstance(element, ast.Starred):
@@ -117,9 +120,9 @@ class Expressions:
                 parts.append(self.value(element))
         return Items(tuple(parts))
 
-    of_List = of_Tuple
+    _of_List = _of_Tuple
 
-    def of_GeneratorExp(self, node: ast.GeneratorExp | ast.ListComp) -> Items:
+    def _of_GeneratorExp(self, node: ast.GeneratorExp | ast.ListComp) -> Items:
         first = node.generators[0]
         if len(node.generators) > 1 or first.ifs or not isinstance(first.target, ast.Name):
             raise TranslationError("only a simple comprehension is known")
@@ -133,9 +136,9 @@ class Expressions:
             self.env[name] = before
         return Items(tuple(parts))
 
-    of_ListComp = of_GeneratorExp
+    _of_ListComp = _of_GeneratorExp
 
-    def of_Attribute(self, node: ast.Attribute) -> Any:
+    def _of_Attribute(self, node: ast.Attribute) -> Any:
         return self.attribute(self.value(node.value), node.attr)
 
     def attribute(self, base: Any, name: str) -> Any:
@@ -158,24 +161,32 @@ class Expressions:
             kept = base if base.rank == 10 and "(" not in base.text else self.keep(base)
             return Value(dict(base.type.fields)[name], self.syntax.field(kept.text, name))
         if isinstance(base, Value) and isinstance(base.type, Array) and name == "shape":
-            return Fixed((base.type.length,))
+            n, columns = base.type.length, base.type.columns
+            return Fixed((n // columns, columns) if columns else (n,))
         if isinstance(base, Items) and name == "size":
             return Fixed(len(base.items))
         raise TranslationError(f"the attribute {name} is not known")
 
-    def of_Subscript(self, node: ast.Subscript) -> Any:
+    def _of_Subscript(self, node: ast.Subscript) -> Any:
         base, index = self.value(node.value), self.value(node.slice)
         if isinstance(base, Fixed) and isinstance(index, Fixed):
             return Fixed(base.value[index.value])
         if isinstance(base, Value) and isinstance(base.type, Array):
-            place = self.translator.as_value(index)
+            place = self._place(index, base.type)
             if isinstance(place, Value) and place.type == "int":
                 return Value("double", self.syntax.index(base.text, place.text))
         if isinstance(index, Fixed) and isinstance(index.value, int) and not isinstance(base, Fixed):
             return self.unpack(base)[index.value]
         raise TranslationError(f"`{ast.unparse(node)}` is not known; an index must be a whole number")
 
-    def of_UnaryOp(self, node: ast.UnaryOp) -> Any:
+    def _place(self, index: Any, kind: Array) -> Any:
+        """Place of an entry of a series or of a matrix."""
+        if not (kind.columns and isinstance(index, Items)):
+            return self.translator.as_value(index)
+        row, column = (self.translator.as_value(item) for item in index.items)
+        return Value("int", f"{_bracket(row, 8)} * {kind.columns} + {_bracket(column, 8)}", 7)
+
+    def _of_UnaryOp(self, node: ast.UnaryOp) -> Any:
         value = self.value(node.operand)
         if isinstance(node.op, ast.Not):
             test = self.truth(value)
@@ -188,7 +199,7 @@ class Expressions:
             return Value(value.type, f"-{_bracket(value, 10)}", 9)
         raise TranslationError(f"`{ast.unparse(node)}` is not known")
 
-    def of_BinOp(self, node: ast.BinOp) -> Any:
+    def _of_BinOp(self, node: ast.BinOp) -> Any:
         if type(node.op) not in BINARY:
             raise TranslationError(f"the operator in `{ast.unparse(node)}` is not known")
         sign, rank, compute = BINARY[type(node.op)]
@@ -207,7 +218,7 @@ class Expressions:
         a, b = self.number(a), self.number(b)
         return Value("double", f"{_bracket(a, rank)} {sign} {_bracket(b, rank + 1)}", rank)
 
-    def of_BoolOp(self, node: ast.BoolOp) -> Any:
+    def _of_BoolOp(self, node: ast.BoolOp) -> Any:
         every = isinstance(node.op, ast.And)
         parts: list[Value] = []
         for k, operand in enumerate(node.values):
@@ -226,7 +237,7 @@ class Expressions:
         texts = [_bracket(self.translator.as_value(part), 5) for part in parts]
         return Value("bool", f" {sign} ".join(texts), 4 if len(parts) > 1 else 5)
 
-    def of_Compare(self, node: ast.Compare) -> Any:
+    def _of_Compare(self, node: ast.Compare) -> Any:
         parts = []
         left = self.value(node.left)
         for sign, comparator in zip(node.ops, node.comparators, strict=True):
@@ -255,7 +266,7 @@ class Expressions:
             a, b = self.number(a), self.number(b)
         return Value("bool", f"{_bracket(a, 7)} {self.syntax.operators.get(shown, shown)} {_bracket(b, 7)}", 6)
 
-    def of_IfExp(self, node: ast.IfExp) -> Any:
+    def _of_IfExp(self, node: ast.IfExp) -> Any:
         test = self.truth(self.value(node.test))
         if isinstance(test, Fixed):
             return self.value(node.body if test.value else node.orelse)
@@ -264,9 +275,11 @@ class Expressions:
             raise TranslationError(f"`{ast.unparse(node)}` is not a number")
         if yes.type != no.type:
             yes, no = self.number(yes), self.number(no)
+        if "choose" in self.syntax.helpers:
+            self.translator.helpers["choose"] = self.syntax.helpers["choose"]
         return Value(yes.type, self.syntax.choose(test.text, yes.text, no.text))
 
-    def of_Call(self, node: ast.Call) -> Any:
+    def _of_Call(self, node: ast.Call) -> Any:
         function = self.value(node.func)
         arguments: list[Any] = []
         for argument in node.args:
@@ -301,13 +314,13 @@ class Expressions:
                 for one, (_, want) in zip(given, kind.fields, strict=True)
             ]
             return Value(kind, self.syntax.record(kind, texts))
-        if all(isinstance(one, Fixed) for one in [*arguments, *keywords.values()]):
-            if not hasattr(function, "py_func"):
-                try:
-                    return Fixed(function(*(a.value for a in arguments), **{k: v.value for k, v in keywords.items()}))
-                except Exception as error:
-                    name = getattr(function, "__name__", function)
-                    raise TranslationError(f"{name} cannot be computed beforehand ({error})") from None
+        known = all(isinstance(one, Fixed) for one in [*arguments, *keywords.values()])
+        if known and not hasattr(function, "py_func"):
+            try:
+                return Fixed(function(*(a.value for a in arguments), **{k: v.value for k, v in keywords.items()}))
+            except Exception as error:
+                name = getattr(function, "__name__", function)
+                raise TranslationError(f"{name} cannot be computed beforehand ({error})") from None
         if keywords:
             raise TranslationError("a call with named arguments is not known")
         if function in (min, max):

@@ -79,6 +79,7 @@ def _glue(block: Block, fmi: str, token: str) -> str:
     at = {one.name: f"v[{k}]" for k, one in enumerate([*block.parameters, *block.inputs])}
     start = ", ".join(" ".join(at.get(word, word) for word in text.split()) for _, text in block.start_arguments)
     fields = [block.syntax.name(one.name) for one in block.settings]
+    first = [block.syntax.number(one.value) for one in (*block.starts, *block.inputs)]
     lines = [
         f'#include "{name}.c"', "",
         f"#define MODEL {name}_model",
@@ -88,7 +89,7 @@ def _glue(block: Block, fmi: str, token: str) -> str:
         "static void glue_defaults(MODEL *m, double *v) {",
         f"    {name}_defaults(m);",
         *(f"    v[{k}] = m->parameters.{field};" for k, field in enumerate(fields)),
-        *(f"    v[{n + k}] = {block.syntax.number(one.value)};" for k, one in enumerate([*block.starts, *block.inputs])),
+        *(f"    v[{n + k}] = {value};" for k, value in enumerate(first)),
         "}", "",
         "static int glue_start(MODEL *m, const double *v) {",
         *(f"    m->parameters.{field} = v[{k}];" for k, field in enumerate(fields)),

@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 from stiction.models.compensators.component import CompensatorState, compensator_at_rest
-from stiction.models.component import ValveState
+from stiction.models.component import ValveState  # noqa: TC001 - read by the translator
 from stiction.models.controllers.pid import PIDState, pid_at_rest, pid_step
 from stiction.models.dispatch import NO_COMPENSATOR, compensator_step, stem_position, valve_at_rest, valve_step
 from stiction.simulation.drivers import process_output, process_step

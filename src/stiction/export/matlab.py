@@ -35,7 +35,11 @@ def matlab_text(block: Block) -> str:
         "    m = struct('parameters', parameters);",
     ]  # fmt: skip
     for test, text in refusals(block):
-        lines += [f"    if {test}", f"        error('{name}:parameters', '%s', '{text.replace(chr(39), '')}');", "    end"]
+        lines += [
+            f"    if {test}",
+            f"        error('{name}:parameters', '%s', '{text.replace(chr(39), '')}');",
+            "    end",
+        ]
     for one in block.packed:
         numbers = f"[{', '.join(syntax.number(c) for c in one.constants)}]"
         lines.append(f"    m.{one.name} = {f'{one.function}(parameters, dt)' if one.function else numbers};")

@@ -14,8 +14,9 @@ if TYPE_CHECKING:
 __all__ = ["build_description", "describe_model", "variables"]
 
 _BASE_UNITS = {
-    "s": {"s": 1}, "kg": {"kg": 1}, "m": {"m": 1}, "m2": {"m": 2}, "m/s": {"m": 1, "s": -1}, "N": {"kg": 1, "m": 1, "s": -2},
-    "N/m": {"kg": 1, "s": -2}, "N s/m": {"kg": 1, "s": -1}, "Pa": {"kg": 1, "m": -1, "s": -2}, "% of span": {},
+    "s": {"s": 1}, "kg": {"kg": 1}, "m": {"m": 1}, "m2": {"m": 2}, "m/s": {"m": 1, "s": -1},
+    "N": {"kg": 1, "m": 1, "s": -2}, "N/m": {"kg": 1, "s": -2}, "N s/m": {"kg": 1, "s": -1},
+    "Pa": {"kg": 1, "m": -1, "s": -2}, "% of span": {},
 }  # fmt: skip
 """Unit -> exponents of the base units; of others only the name is known."""
 

@@ -6,17 +6,18 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-__all__ = ["C", "MATLAB", "Array", "CSyntax", "MatlabSyntax", "Struct", "Type", "Value"]
+__all__ = ["MATLAB", "Array", "C", "CSyntax", "MatlabSyntax", "Struct", "Type", "Value"]
 
-C_RESERVED = frozenset(
+_C = (
     "auto break case char const continue default do double else enum extern float for goto if inline int long register "
     "restrict return short signed sizeof static struct switch typedef union unsigned void volatile while main "
-    "bool true false complex NAN INFINITY".split()
+    "bool true false complex NAN INFINITY"
 )
-MATLAB_RESERVED = frozenset(
+_MATLAB = (
     "break case catch classdef continue else elseif end for function global if otherwise parfor persistent return "
-    "spmd switch try while i j pi inf nan eps".split()
+    "spmd switch try while i j pi inf nan eps"
 )
+C_RESERVED, MATLAB_RESERVED = frozenset(_C.split()), frozenset(_MATLAB.split())
 
 
 class Struct(NamedTuple):
@@ -31,6 +32,8 @@ class Array(NamedTuple):
 
     length: int
     writable: bool = False
+    columns: int = 0
+    """Columns of a matrix, which is handed over row by row; 0 for a series."""
 
 
 Type = str | Struct | Array
@@ -84,6 +87,10 @@ class CSyntax:
         if isinstance(kind, Struct):
             return f"{self.prefix}_{kind.name}"
         return "int" if kind == "bool" else str(kind)
+
+    def statement(self, text: str) -> str:
+        """A call without a result."""
+        return f"{text};"
 
     def number(self, value: float | bool) -> str:
         """A constant; hexadecimal where a short decimal is not exact."""
@@ -205,7 +212,7 @@ class MatlabSyntax(CSyntax):
     helpers = MATLAB_HELPERS
     comment = "% {}"
     end = "end"
-    functions = {**CSyntax.functions, "abs": "abs", "fabs": "abs", "min": "min", "max": "max", "round": "round_even"}
+    functions = {**CSyntax.functions, "abs": "abs", "fabs": "abs", "min": "min", "max": "max", "round": "round_even"}  # noqa: RUF012 - a table
     operators = {"!=": "~=", "not": "~", "and": "&&", "or": "||"}  # noqa: RUF012 - a table
 
     def number(self, value: float | bool) -> str:
