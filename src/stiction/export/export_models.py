@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from stiction.export.block import Block
 
-__all__ = ["ExportedModel", "export_c", "export_fmu", "export_matlab", "export_modelica"]
+__all__ = ["ExportedModel", "check_new_file", "export_c", "export_fmu", "export_matlab", "export_modelica"]
 
 FMI_VERSIONS = ("2.0", "3.0")
 _MODELICA = (
@@ -101,7 +101,7 @@ def export_fmu(
 
     if fmi not in FMI_VERSIONS:
         raise ParameterError(f"fmi = {fmi!r} is unknown", remedy=f"use {' or '.join(map(repr, FMI_VERSIONS))}")
-    target = _require_new(path)
+    target = check_new_file(path)
     block = _block(model, name or _name_of(target), dt)
     content, note = fmu_bytes(block, fmi)
     write_files({target: content})
@@ -149,7 +149,7 @@ def export_c(
     where = Path(folder).expanduser()
     if where.exists() and not where.is_dir():
         raise RecordError("is a file", remedy="give a folder for the header and the source", where=where)
-    files = [_require_new(where / f"{block.name}{ending}", folder=False) for ending in (".h", ".c")]
+    files = [check_new_file(where / f"{block.name}{ending}", folder=False) for ending in (".h", ".c")]
     write_files(dict(zip(files, (c_header(block).encode(), c_source(block).encode()), strict=True)))
     return _exported(block, tuple(files))
 
@@ -190,7 +190,7 @@ def export_modelica(
     """
     from stiction.export.modelica import modelica_text
 
-    target = _require_new(path)
+    target = check_new_file(path)
     block = _block(model, name or _name_of(target), dt)
     write_files({target: modelica_text(block).encode()})
     return _exported(block, (target,))
@@ -232,7 +232,7 @@ def export_matlab(
     """
     from stiction.export.matlab import matlab_text
 
-    target = _require_new(path)
+    target = check_new_file(path)
     block = _block(model, name or _name_of(target), dt, MatlabSyntax)
     write_files({target: matlab_text(block).encode()})
     return _exported(block, (target,))
@@ -263,8 +263,14 @@ def _require_name(name: str) -> None:
         raise ParameterError(f"name = {name!r} is reserved in C, Modelica, MATLAB or FMI", remedy="give another name")
 
 
-def _require_new(path: str | os.PathLike[str], *, folder: bool = True) -> Path:
-    """Return the path of a file that does not exist yet."""
+def check_new_file(path: str | os.PathLike[str], *, folder: bool = True) -> Path:
+    """Return the path of a file that does not exist yet.
+
+    Raises
+    ------
+    RecordError
+        When it exists, or its folder does not.
+    """
     target = Path(path).expanduser()
     if target.exists():
         raise RecordError("exists and is not replaced", remedy="remove it, or give another path", where=target)
