@@ -6,10 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.records.quantiles import robust_std
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["count_reversals", "detect_op_scale", "last_value_correlation"]
+__all__ = ["count_reversals", "detect_op_scale", "last_value_correlation", "spike_share"]
 
 
 def count_reversals(x: NDArray[np.float64], min_move: float = 0.0) -> int:
@@ -102,3 +104,21 @@ def detect_op_scale(low: float, high: float) -> str:
     if low < -10.0 or high > 110.0:
         return "other"
     return "normalised" if low < -0.5 and high <= 5.0 else "percent"
+
+
+def spike_share(x: NDArray[np.float64], *, min_jump: float = 8.0) -> float:
+    """Share of the samples in which a signal jumps away from both neighbours, by robust deviations of its moves [-].
+
+    Examples
+    --------
+    >>> x = np.sin(np.arange(100.0))
+    >>> x[40] = 50.0
+    >>> round(spike_share(x), 2)
+    0.01
+    """
+    moves = np.diff(x)
+    usual = robust_std(moves) if moves.size else 0.0
+    if not usual > 0.0:
+        return 0.0
+    away = (moves[:-1] * moves[1:] < 0.0) & (np.minimum(np.abs(moves[:-1]), np.abs(moves[1:])) > min_jump * usual)
+    return float(np.mean(away))
