@@ -21,7 +21,7 @@ help:
 	@echo "make web-assets  fetch the plot library of stiction serve (needed once in a clone)"
 	@echo "make bench    measure speed"
 	@echo "make calibrate  train the model of the verdict on simulated loops (some minutes)"
-	@echo "make validate   score it on other loops and write docs/validation.md"
+	@echo "make validate   score it and the published methods on other loops; write docs/validation.md and docs/benchmark.md"
 	@echo "make docs     build the documentation site into docs/_build/html and check it"
 	@echo "make picture  draw the pictures of README and documentation anew"
 	@echo "make wheelhouse  collect all packages for a computer without internet in dist/wheelhouse"
@@ -70,6 +70,7 @@ validate: $(VENV)/.ready-test
 	$(BIN)/python -m calibration.feature_table --sets second --chunks 480 --seed 5 --jobs $(WORKERS) --out $(TABLES)/second.parquet
 	if [ -f "$(RECORDS)/labels.csv" ]; then $(BIN)/python -m calibration.feature_table --recorded "$(RECORDS)" --out $(TABLES)/recorded.parquet; fi
 	$(BIN)/python -m calibration.validate --first $(TABLES)/fresh.parquet --second $(TABLES)/second.parquet --recorded $(TABLES)/recorded.parquet
+	$(BIN)/python -m calibration.benchmark --first $(TABLES)/fresh.parquet --second $(TABLES)/second.parquet --recorded $(TABLES)/recorded.parquet
 	$(BIN)/python docs/trust_numbers.py
 
 docs: $(VENV)/.ready-docs

@@ -47,6 +47,8 @@ def feature_row(loop: KnownLoop) -> dict[str, Any]:
         "J": None if one is None else one.J,
         **{f"cause_{name}": value for name, value in found.oscillation_cause.to_dict().items()},
         **{f"x_{name}": value for name, value in found.features.items()},
+        # Distance of each published method's index from its threshold; missing where the method does not apply.
+        **{f"m_{method.method}": method.index - method.threshold for method in found.evidence if method.valid},
     }  # fmt: skip
     if one is not None:
         row |= {f"i_{name}": value for name, value in zip(INTERVAL_FEATURES, one.interval_features, strict=True)}

@@ -1,4 +1,4 @@
-"""Write five numbers of the validation into the README, so that nobody types them: ``python docs/trust_numbers.py``."""
+"""Write the numbers of the validation and the benchmark into the README: ``python docs/trust_numbers.py``."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-README, VALIDATION = ROOT / "README.md", ROOT / "docs" / "validation.md"
+README, VALIDATION, BENCHMARK = (ROOT / name for name in ("README.md", "docs/validation.md", "docs/benchmark.md"))
 PLACE = re.compile(r"(<!-- trust numbers: .*? -->\n).*?(<!-- end of trust numbers -->)", re.S)
 
 
-def trust_numbers(text: str) -> str:
-    """Return the list for the README from the text of the validation page."""
+def trust_numbers(text: str, benchmark: str) -> str:
+    """Return the list for the README from the texts of the validation and the benchmark page."""
     first, second = score_row(text, "## First simulator"), score_row(text, "## Second simulator")
     coverage = re.search(r"hold the true S in ([\d.]+)", text)
     recorded = re.search(r"(\d+) of (\d+) loops right, (\d+) wrong above 0.9 or below 0.1", text)
@@ -20,8 +20,13 @@ def trust_numbers(text: str) -> str:
         raise SystemExit(f"{VALIDATION.name} has another form than this script knows; adapt the script.")
     right, loops, wrong = map(int, recorded.groups())
     undecided = recorded_calls(text, "undecided")
+    ours, best = zip(*re.findall(r"the verdict finds \*\*(\d+ %)\*\* .*?\*\*(\d+ %)\*\*", benchmark, re.S), strict=True)
+    rate = re.search(r"At (\d+ %) false alarms", benchmark)
+    if rate is None or len(ours) != 2:
+        raise SystemExit(f"{BENCHMARK.name} has another form than this script knows; adapt the script.")
     return f"""1. Of simulated loops with a decided verdict, **{percent(first["right"])}** are right; {percent(first["undecided"])} are left undecided.
-2. **{percent(first["false_alarms"])}** of the good valves are called sticky, and {percent(first["found"])} of the sticky ones are found.
+2. **{percent(first["false_alarms"])}** of the good valves are called sticky. At {rate[1]} false alarms **{ours[0]}** of the sticky ones are found; the best of
+   ten published methods finds {best[0]} (second simulator: {ours[1]} and {best[1]}), see the [benchmark](docs/benchmark.md).
 3. On a second simulator that was never used for training, **{percent(second["right"])}** of the decided verdicts are right.
 4. The 95 % intervals of S contain the true value in **{percent(float(coverage[1]))}** of the sticky loops that were found.
 5. Of {loops} recorded plant loops that the model never saw, **{right}** are right, {undecided} undecided, {loops - right - undecided} wrong ({wrong} of them with
@@ -54,7 +59,7 @@ def percent(share: float) -> str:
 
 def readme_with_numbers() -> str:
     """Return the README with the numbers of the validation page."""
-    numbers = trust_numbers(VALIDATION.read_text(encoding="utf-8"))
+    numbers = trust_numbers(*(page.read_text(encoding="utf-8") for page in (VALIDATION, BENCHMARK)))
     return PLACE.sub(rf"\g<1>\n{numbers}\g<2>", README.read_text(encoding="utf-8"))
 
 

@@ -182,7 +182,8 @@ def report_by_exception(record: LoopRecord, deviation: float, *, interpolate: bo
 
     References
     ----------
-    After thornhill2004, on what compression does to such records.
+    After Thornhill, Choudhury and Shah (Journal of Process Control 14, 2004, 389-398) on what compression does to
+    records.
 
     Examples
     --------
@@ -227,7 +228,7 @@ def compress_by_swinging_door(record: LoopRecord, deviation: float) -> LoopRecor
 
     References
     ----------
-    After bristol1990 and thornhill2004.
+    After Bristol, Swinging door trending (ISA National Conference, 1990).
 
     Examples
     --------

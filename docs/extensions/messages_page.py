@@ -1,13 +1,13 @@
-"""The list of messages that a user can meet, collected from the code: errors with their texts, findings, remedies."""
+"""The list of messages that a user can meet, collected from the code: errors, and what the data checks say."""
 
 from __future__ import annotations
 
 import ast
+import re
 from html import escape
 from pathlib import Path
 
 import stiction
-from stiction.display.check_text import FINDINGS, REMEDIES
 
 ERRORS = {
     "ParameterError": "Wrong arguments (exit code 2)",
@@ -57,19 +57,37 @@ def _text(node: ast.expr) -> str:
     return "…"
 
 
+def collect_check_texts() -> list[tuple[str, str]]:
+    """Return the findings and remedies of the data checks, values replaced by an ellipsis, and the page of each."""
+    texts: set[tuple[str, str]] = set()
+    for path in sorted((Path(stiction.__file__).parent / "records" / "quality").glob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Assign | ast.AugAssign):
+                targets = node.targets[0] if isinstance(node, ast.Assign) else node.target
+                names = targets.elts if isinstance(targets, ast.Tuple) else [targets]
+                values = node.value.elts if isinstance(node.value, ast.Tuple) else [node.value]
+                pairs = [(ast.unparse(name), value) for name, value in zip(names, values, strict=False)]
+            elif isinstance(node, ast.keyword):
+                pairs = [(str(node.arg), node.value)]
+            else:
+                continue
+            found = [_text(value) for name, value in pairs if name in ("finding", "remedy")]
+            texts |= {(re.sub(r"\{\w+\}", "…", text).strip(" ,:"), path.stem) for text in found}
+    return sorted((text, page) for text, page in texts if text.strip(" …"))
+
+
 def messages_page() -> str:
     """The page."""
-    errors = collect_errors()
-    count = sum(map(len, errors.values())) + len(FINDINGS) + len(REMEDIES)
+    errors, checks = collect_errors(), collect_check_texts()
+    count = sum(map(len, errors.values())) + len(checks)
     parts = [
         f"# Messages\n\nThe {count} messages of errors and data checks. An ellipsis stands for a name or a number.\n"
     ]
     for name, rows in errors.items():
         parts.append(f"\n## {ERRORS[name]}\n\n| message | from |\n|---|---|\n")
         parts += [f"| {_cell(text)} | {place} |\n" for text, place in rows]
-    for title, table in (("Findings of the data checks", FINDINGS), ("Remedies of the data checks", REMEDIES)):
-        parts.append(f"\n## {title}\n\n| name | text |\n|---|---|\n")
-        parts += [f"| {name} | {_cell(text)} |\n" for name, text in table.items()]
+    parts.append("\n## Data checks\n\n| finding or remedy | check |\n|---|---|\n")
+    parts += [f"| {_cell(text)} | {page.replace('_', ' ')} |\n" for text, page in checks]
     return "".join(parts)
 
 

@@ -129,7 +129,7 @@ def test_diagnosed_loop_gets_advice(diagnosis):
 
 
 def warning(name: str) -> CheckResult:
-    return CheckResult(name, "warn", 1.0, 0.0, "%", name, {"segment_count": 1, "excluded": ""})
+    return CheckResult(name, "warn", 1.0, 0.0, "%", name)
 
 
 SHUT_IN = LoopState("shut_in", 0.0, 2500.0, 1.0, {"pv": 0.3, "op_start": 40.0, "op_end": 80.0})

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stiction.display import describe_check
 from stiction.records import LoopRecord, analysis_window, assess_quality
 from stiction.records.quality import find_manual_steps
 from stiction.records.quality.saturation import find_clipping, find_saturation, find_span_ends
@@ -40,7 +39,7 @@ def test_bumps_in_manual_are_no_limit(bumps, told):
     found = gates(record)
     assert (found["saturation"].severity, found["manual"].severity) == ("ok", "warn")
     assert found["manual"].value == pytest.approx(100.0 * (LAST - FIRST) / N)
-    assert ("mode is not automatic" if told else "OP moves in steps") in describe_check(found["manual"])
+    assert ("mode is not automatic" if told else "OP moves in steps") in found["manual"].why
     assert analysis_window(record) == (LAST, N)
 
 

@@ -10,7 +10,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as some
 
 from stiction.diagnosis.identification import fit_controller
-from stiction.display import describe_check
 from stiction.models import FOPDT, PID, Ideal, Kano, Loop
 from stiction.records import LoopRecord, assess_quality
 from stiction.records.quality.moving_average import _has_notches, detect_averaging_window
@@ -115,7 +114,7 @@ def test_an_averaged_loop_has_its_gate_and_keeps_the_controllers_law(window, loo
         for period in (None, 60.0, 1000.0):
             gate = next(gate for gate in assess_quality(record, period).checks if gate.name == "moving average")
             assert gate.severity == "warn"
-            assert f"OP and PV are moving averages over {window} s" in describe_check(gate)
+            assert f"OP and PV are moving averages over {window} s" in gate.why
 
 
 def test_a_first_order_lag_of_both_cannot_be_told(loops):
@@ -157,4 +156,4 @@ def test_few_samples_look_averaged_and_no_more_is_said():
     record = LoopRecord("FC1", 1.0, *(averaged(noisy(seed), 3) for seed in (8, 9)))
     for n, seem in ((120, "look like"), (400, "are")):
         gate = next(gate for gate in assess_quality(record.window(0, n)).checks if gate.name == "moving average")
-        assert describe_check(gate).startswith(f"OP and PV {seem} moving averages over 3 s")
+        assert gate.why.startswith(f"OP and PV {seem} moving averages over 3 s")

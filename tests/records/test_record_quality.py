@@ -11,7 +11,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as some
 
-from stiction.display import describe_check
 from stiction.errors import ParameterError
 from stiction.records import LoopRecord, analysis_window, assess_quality, usable_segment
 
@@ -36,7 +35,7 @@ def faults(record, period=None):
     """Name -> severity of the checks that are not passed; each that rejects must name a remedy."""
     quality = assess_quality(record, period)
     for one in quality.rejections:
-        assert re.search("[.:] (Put|[Rr]ecord|Repair|[Ee]xport|Check|Set|Name|What) ", describe_check(one)), one
+        assert re.search("[.:] (Put|[Rr]ecord|Repair|[Ee]xport|Check|Set|Name|What) ", one.why), one
     return {g.name: g.severity for g in quality.checks if g.severity != "ok"}
 
 
@@ -47,7 +46,7 @@ def test_a_good_record_passes_every_gate(good):
     assert (quality.first, quality.last, quality.rows, quality.duration, quality.bad_percent) == (0, N, N, N, 0.0)
     assert not {"cycles", "sampling"} & {g.name for g in assess_quality(good).checks}  # without a period
     assert len(quality.checks) == 20
-    assert all(describe_check(g).endswith(".") for g in quality.checks)
+    assert all(g.why.endswith(".") for g in quality.checks)
     assert quality.summary().startswith("usable")
     first = json.loads(json.dumps(quality.to_dict(), allow_nan=False))["gates"][0]
     assert (first["name"], first["severity"], first["unit"]) == ("length", "ok", "samples")
@@ -85,7 +84,7 @@ def test_length(good, n, severity):
 def test_constant_signal(good, signal):
     record = replace(good, **{signal: np.full(N, 42.0)})
     assert (faults(record)[f"{signal} movement"], assess_quality(record).usable) == ("reject", False)
-    assert "in automatic" not in describe_check(gate(record, "length"))  # it is
+    assert "in automatic" not in gate(record, "length").why  # it is
 
 
 def test_no_pv(good):
@@ -251,7 +250,7 @@ def test_missing_values_and_bridged_gaps(good):
     assert faults(record) == {"missing values": "warn"}
     found = gate(record, "missing values")
     assert found.value == pytest.approx(100 * 33 / N)
-    assert "longest gap lasts 30 s" in describe_check(found)
+    assert "longest gap lasts 30 s" in found.why
     assert analysis_window(record) == (0, 700)
     part = usable_segment(record)
     assert len(part) == 700
@@ -279,7 +278,7 @@ def test_op_at_its_limit_in_every_cycle_is_refused_as_saturation(good):
     record = replace(good, op=np.minimum(good.op, 53.0))
     found = assess_quality(record, PERIOD).rejections
     assert "saturation" in {g.name for g in found}
-    assert "record longer" in describe_check(next(g for g in found if g.name == "saturation"))
+    assert "record longer" in next(g for g in found if g.name == "saturation").why
 
 
 def test_op_at_the_end_of_its_span_in_every_cycle_is_known(good):
@@ -326,7 +325,7 @@ def test_an_exactly_periodic_simulation_is_no_copy():
     wave = np.abs(k - 25) + np.sin(k)
     found = gate(LoopRecord("FIC-1", 1.0, op=50 + wave, pv=wave[::-1]), "copied data")
     assert found.severity == "ok"
-    assert "simulated" in describe_check(found)
+    assert "simulated" in found.why
 
 
 def test_a_coarse_cycle_comes_back_to_itself_and_is_no_copy(good):
@@ -364,7 +363,7 @@ def test_clock_jumps_of_the_reader(good):
 def test_a_change_of_summer_time_that_was_undone_lowers_nothing(good):
     record = replace(good, provenance=replace(good.provenance, clock_jumps=1, summer_time=1))
     assert faults(record) == {}
-    assert "summer time was corrected" in describe_check(gate(record, "clock jumps"))
+    assert "summer time was corrected" in gate(record, "clock jumps").why
     other = replace(good, provenance=replace(good.provenance, clock_jumps=2, summer_time=1))
     assert faults(other) == {"clock jumps": "warn"}
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stiction.display import describe_check
 from stiction.errors import RecordError
 from stiction.records import assess_quality
 
@@ -147,7 +146,7 @@ def test_an_op_in_another_unit_than_percent_is_told(unit, signals, table, read_t
     [gate] = [gate for gate in assess_quality(record).checks if gate.name == "op scale"]
     assert (
         gate.severity,
-        f"in {unit} (according to its header): S and J are in its unit, not in % of span" in describe_check(gate),
+        f"in {unit} (according to its header): S and J are in its unit, not in % of span" in gate.why,
     ) == ("warn", True)
     [record] = read_text(text, op_range=(3.0, 15.0))
     assert record.op_unit == "% of span"

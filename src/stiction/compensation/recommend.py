@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from stiction.compensation.remedies import NO_ACTION, REPAIR
-from stiction.display.check_text import describe_check
 
 if TYPE_CHECKING:
     from stiction.compensation.result import RemedyTrial
@@ -45,7 +44,7 @@ def refusal_reason(diagnosis: Diagnosis) -> str:
         return f"{diagnosis.reason} So the record does not show how the valve moves, and no remedy can be advised."
     limited = next((check for check in diagnosis.quality.warnings if check.name == "saturation"), None)
     if limited is not None:
-        return f"OP is at its limits, so a compensator cannot add to it. {describe_check(limited)}"
+        return f"OP is at its limits, so a compensator cannot add to it. {limited.why}"
     if diagnosis.verdict == "undecided":
         return (
             f"It is unknown whether the valve sticks, and a remedy for the wrong fault can do harm. {diagnosis.reason}"

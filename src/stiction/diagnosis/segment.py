@@ -9,7 +9,6 @@ import numpy as np
 
 from stiction.diagnosis.loop_state import LoopState, assess_loop_state, describe_action, describe_state
 from stiction.diagnosis.oscillation import find_oscillation
-from stiction.display.check_text import describe_check
 from stiction.errors import ParameterError, RecordError
 from stiction.records.assess import Quality, assess_quality
 from stiction.records.conditioned import Conditioned, condition
@@ -163,6 +162,6 @@ def _check_period(record: LoopRecord, period: float | None) -> None:
 
 def _bad_data(state: LoopState, quality: Quality) -> LoopState:
     """The state of a record that the data checks reject."""
-    rejects = tuple(describe_check(check) for check in quality.rejections)
+    rejects = tuple(check.why for check in quality.rejections)
     why = rejects or ("OP or PV does not vary enough to identify a valve; record while both move.",)
     return replace(state, state="bad_data", share=1.0, rejects=why)

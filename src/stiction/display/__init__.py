@@ -1,12 +1,10 @@
-"""Text for numbers and data checks, JSON, notebook cards and plots of results. This room imports no other room."""
+"""Text for numbers, JSON, notebook cards and plots of results. This room imports no other room."""
 
-from stiction.display.check_text import describe_check
 from stiction.display.duration_format import format_seconds
 from stiction.display.number_format import count_noun, format_interval, format_number, format_probability
 
 __all__ = [
     "count_noun",
-    "describe_check",
     "format_interval",
     "format_number",
     "format_probability",

@@ -5,15 +5,29 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from stiction.display.check_text import describe_check
 from stiction.display.json_form import Result
 from stiction.errors import require_positive
-from stiction.records.check_result import CheckInput, CheckResult
+from stiction.records.check_input import CheckInput
 from stiction.records.conditioned import Conditioned, condition
-from stiction.records.loop_checks import LOOP_CHECKS
-from stiction.records.storage_checks import STORAGE_CHECKS
+from stiction.records.gaps import missing_mask
+from stiction.records.quality.clock_jumps import check_clock_jumps
+from stiction.records.quality.compression import check_compression, check_exception_reporting
+from stiction.records.quality.copied_data import check_copied_data
+from stiction.records.quality.frozen import check_frozen_pv, check_manual, check_outages
+from stiction.records.quality.missing_values import check_missing_values, check_resampled
+from stiction.records.quality.movement import check_op_movement, check_op_reversals, check_pv_movement
+from stiction.records.quality.moving_average import check_moving_average
+from stiction.records.quality.op_scale import check_op_scale
+from stiction.records.quality.outliers import check_outliers
+from stiction.records.quality.quantisation import check_resolution
+from stiction.records.quality.sampling import check_cycles, check_length, check_sampling
+from stiction.records.quality.saturation import check_saturation
+from stiction.records.quality.storage_rate import check_held_values, check_storage_rate
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from stiction.records.check_result import CheckResult
     from stiction.records.record import LoopRecord
 
 __all__ = ["Quality", "assess_quality"]
@@ -57,8 +71,8 @@ class Quality(Result):
             f"{'usable' if self.usable else 'not usable'}: {self.rows} samples, {self.duration:.6g} s, "
             f"{self.bad_percent:.3g} % without OP or PV, {analysed} analysed"
         )
-        found = (f"{check.severity}: {describe_check(check)}" for check in (*self.rejections, *self.warnings))
-        return "\n".join([head, *found])
+        checks = (f"{check.severity}: {check.why}" for check in (*self.rejections, *self.warnings))
+        return "\n".join([head, *checks])
 
 
 def assess_quality(record: LoopRecord | Conditioned, period: float | None = None) -> Quality:
@@ -92,8 +106,53 @@ def assess_quality(record: LoopRecord | Conditioned, period: float | None = None
     """
     if period is not None:
         period = require_positive("period", period, "s")
-    made = record if isinstance(record, Conditioned) else condition(record)
-    record, data = made.record, CheckInput(made, period)
-    checks = tuple(result for check in (*LOOP_CHECKS, *STORAGE_CHECKS) if (result := check(data)) is not None)
+    conditioned = record if isinstance(record, Conditioned) else condition(record)
+    record, data = conditioned.record, CheckInput(conditioned, period)
+    checks = tuple(check for check in (*_check_loop(data), *_check_storage(data)) if check is not None)
     usable = not any(check.severity == "reject" for check in checks)
-    return Quality(checks, usable, len(record), record.duration, record.missing_percent, made.first, made.last)
+    first, last = conditioned.first, conditioned.last
+    return Quality(checks, usable, len(record), record.duration, record.missing_percent, first, last)
+
+
+def _check_loop(data: CheckInput) -> Iterator[CheckResult | None]:
+    """What the loop did: enough samples, cycles and movement, in automatic, with OP inside its limits."""
+    record, part, masks = data.record, data.part, data.masks
+    cut = data.is_cut_too_short
+    yield check_length(len(part), len(record))
+    if data.period is not None:
+        yield check_cycles(part.duration, data.period)
+    yield check_sampling(data.op, data.pv, record.dt, data.period)
+    yield check_op_movement(part.op if len(part) else record.op)
+    yield check_op_reversals(data.op)
+    yield check_pv_movement(record.op, record.pv, part.pv if len(part) else None)
+    yield check_saturation(masks.at_limit, masks.clipped, is_cut_too_short=cut)
+    yield check_manual(
+        masks.manual, has_mode=record.auto is not None, in_steps=bool(masks.manual_steps.any()), is_cut_too_short=cut
+    )
+    yield check_frozen_pv(masks.frozen, is_cut_too_short=cut)
+    missing = missing_mask(record.op, record.pv), missing_mask(part.op, part.pv)
+    yield check_missing_values(*missing, record.dt, cut)
+    yield check_op_scale(record.op, record.provenance.op_unit)
+    yield check_resolution("OP", data.op, data.steps[0], data.conditioned.op_values)
+    if record.pv is not None:
+        yield check_resolution("PV", data.pv, data.steps[1], data.conditioned.pv_values)
+
+
+def _check_storage(data: CheckInput) -> Iterator[CheckResult | None]:
+    """What the historian and the reader did to the signals."""
+    record, op, pv = data.record, data.op, data.pv
+    per_cycle = None if data.period is None else data.period / record.dt
+    if record.pv is not None:
+        yield check_compression(op, pv, data.steps, (data.cycle or data.part.duration) / record.dt)
+        # The whole record, because a long hold of OP counts as manual and is cut out.
+        yield check_exception_reporting(record.op, record.pv, data.steps, data.masks.at_limit)
+        yield check_held_values(op, pv, per_cycle)
+        yield check_storage_rate(op, pv)
+        if data.part.pv is not None:
+            yield check_outages(data.part.op, data.part.pv, record.dt)
+        yield check_moving_average(op, pv, record.dt, data.period)
+        yield check_copied_data(op, pv, data.steps)
+    origin = record.provenance
+    yield check_clock_jumps(record.op, record.pv, origin.clock_jumps, origin.summer_time)
+    yield check_outliers(record.pv, origin.outliers, record.samples_per_stored_value)
+    yield check_resampled(origin.held_samples, len(record), per_cycle)

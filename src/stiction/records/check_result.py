@@ -1,36 +1,43 @@
-"""The result of a data check, the signals that checks look at, and the comparison with limits."""
+"""The result of a data check, and the comparison of a value with its limits."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from stiction.display.check_text import describe_check
-from stiction.display.json_form import Result, fields_to_json, json_as
-from stiction.records.gaps import forward_fill
-from stiction.records.quality.quantisation import quantisation_step
+from stiction.display.json_form import Result, json_as
+from stiction.display.number_format import count_noun
+from stiction.records.runs import run_bounds
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stiction.records.conditioned import Conditioned
-    from stiction.records.masks import RecordMasks
-    from stiction.records.record import LoopRecord
-
-__all__ = ["MIN_CYCLES", "MIN_SAMPLES", "CheckInput", "CheckResult", "Severity", "check_maximum", "check_minimum"]
+__all__ = [
+    "MIN_CYCLES",
+    "MIN_SAMPLES",
+    "RECORD_LONGER",
+    "CheckResult",
+    "Severity",
+    "check_excluded",
+    "check_maximum",
+    "check_minimum",
+]
 
 Severity = Literal["ok", "warn", "reject"]
 
 MIN_SAMPLES, MIN_CYCLES = 60, 3
 """Samples, and cycles of the oscillation, below which no record is diagnosed [-]."""
+RECORD_LONGER = "the usable segment is too short: record longer"
+"""Remedy when too few samples are left."""
 
 
 @dataclass(frozen=True, slots=True)
 class CheckResult(Result):
-    """One data check of a record, as numbers; `stiction.display.describe_check` makes the sentence."""
+    """One data check of a record."""
+
+    _json_keys = ("name", "severity", "value", "limit", "unit", "remedy", "why")
 
     name: str
     """What is checked."""
@@ -43,102 +50,43 @@ class CheckResult(Result):
     unit: str
     """Unit of value and limit: samples, cycles, %, ..."""
     finding: str = field(metadata=json_as(omit=True))
-    """Code of the finding, a key of `stiction.display.check_text.FINDINGS`."""
-    fields: dict[str, float | str] = field(default_factory=dict, metadata=json_as(omit=True))
-    """Further numbers and names of the finding; a name that ends in `_s` is a time [s], `_percent` a share [%]."""
+    """What was found, a sentence without capital and full stop."""
     remedy: str = ""
-    """Code of the remedy, a key of `stiction.display.check_text.REMEDIES`; empty when nothing is to be done."""
-
-    def to_dict(self, *, series: bool = True) -> dict[str, Any]:
-        """JSON-ready form, with the sentence of the check."""
-        return {**fields_to_json(self, series=series), "why": describe_check(self)}
-
-
-@dataclass(frozen=True)
-class CheckInput:
-    """A record and what several checks compute from it."""
-
-    conditioned: Conditioned
-    """The record, ready for analysis."""
-    period: float | None
-    """Period of the oscillation [s], when it is known."""
+    """What to do, in the same form; empty when nothing is to be done."""
 
     @property
-    def record(self) -> LoopRecord:
-        """The whole record."""
-        return self.conditioned.record
-
-    @property
-    def masks(self) -> RecordMasks:
-        """Where its OP is at a limit or moved in manual, and where its PV is frozen."""
-        return self.conditioned.masks
-
-    @cached_property
-    def part(self) -> LoopRecord:
-        """Its longest usable segment, with all gaps."""
-        return self.record.window(self.conditioned.first, self.conditioned.last)
-
-    @cached_property
-    def whole(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """OP and PV of the record without gaps [units of the record]; PV is empty when it was not recorded."""
-        pv = self.record.pv
-        return forward_fill(self.record.op), np.empty(0) if pv is None else forward_fill(pv)
-
-    @cached_property
-    def steps(self) -> tuple[float, float]:
-        """Quantisation steps of OP and PV [units of the record]."""
-        if len(self.part) == len(self.record):
-            return self.conditioned.op_step, self.conditioned.pv_step
-        return quantisation_step(self.whole[0]), quantisation_step(self.whole[1])
-
-    @cached_property
-    def op(self) -> NDArray[np.float64]:
-        """OP of the segment without gaps [unit of the record], shape (n_samples,)."""
-        return self.whole[0] if len(self.part) == len(self.record) else forward_fill(self.part.op)
-
-    @cached_property
-    def pv(self) -> NDArray[np.float64]:
-        """PV of the segment without gaps [engineering units], shape (n_samples,); empty when it was not recorded."""
-        whole = self.part.pv is None or len(self.part) == len(self.record)
-        return self.whole[1] if whole or self.part.pv is None else forward_fill(self.part.pv)
-
-    @cached_property
-    def cycle(self) -> float | None:
-        """Time of a cycle [s]: the period, else the mean time between upward crossings of OP's mean, if six or more."""
-        if self.period is not None:
-            return self.period
-        above = self.whole[0] > np.nanmean(self.whole[0]) if np.isfinite(self.whole[0]).any() else np.zeros(2, bool)
-        crossings = int(np.sum(above[1:] & ~above[:-1]))
-        return self.record.duration / crossings if crossings >= 6 else None
-
-    @cached_property
-    def is_cut_too_short(self) -> bool:
-        """Whether the segment is too short for a diagnosis and the whole record would not be."""
-        needed = max(MIN_SAMPLES * self.record.dt, MIN_CYCLES * (self.cycle or 0.0))
-        return self.part.duration < needed <= self.record.duration
+    def why(self) -> str:
+        """The finding and the remedy as sentences."""
+        return " ".join(f"{text[0].upper()}{text[1:]}." for text in (self.finding, self.remedy) if text)
 
 
 def check_minimum(
-    name: str, value: float, unit: str, *, warn: float, reject: float = -np.inf, **codes: Any
+    name: str, value: float, unit: str, *, finding: str, warn: float, reject: float = -np.inf, remedy: str = ""
 ) -> CheckResult:
     """Compare a value with the smallest ones that pass: below `warn` it warns, below `reject` it rejects [`unit`]."""
-    mirrored = check_maximum(name, -value, unit, warn=-warn, reject=-reject, **codes)
+    mirrored = check_maximum(name, -value, unit, finding=finding, warn=-warn, reject=-reject, remedy=remedy)
     return replace(mirrored, value=float(value), limit=-mirrored.limit)
 
 
 def check_maximum(
-    name: str,
-    value: float,
-    unit: str,
-    *,
-    warn: float,
-    reject: float = np.inf,
-    finding: str = "",
-    remedy: str = "",
-    fields: dict[str, float | str] | None = None,
+    name: str, value: float, unit: str, *, finding: str, warn: float, reject: float = np.inf, remedy: str = ""
 ) -> CheckResult:
     """Compare a value with the largest ones that pass: above `warn` it warns, above `reject` it rejects [`unit`]."""
     severity: Severity = "reject" if value > reject else "warn" if value > warn else "ok"
     limit = reject if severity == "reject" else warn
-    code, remedy = finding or name.replace(" ", "_"), remedy if severity != "ok" else ""
-    return CheckResult(name, severity, float(value), limit, unit, code, fields or {}, remedy)
+    return CheckResult(name, severity, float(value), limit, unit, finding, remedy if severity != "ok" else "")
+
+
+def check_excluded(
+    name: str, mask: NDArray[np.bool_], finding: str, *, reject: float, remedy: str, is_cut_too_short: bool
+) -> CheckResult:
+    """Warn above 5 % of excluded samples; reject above a share [%], or when the rest is too short.
+
+    `finding` contains {share} and {segments} for the share of the samples and the number of segments.
+    """
+    percent = 100.0 * float(np.mean(mask)) if mask.size else 0.0
+    finding = finding.format(share=f"{percent:.3g} %", segments=count_noun(len(run_bounds(mask)), "segment"))
+    result = check_maximum(name, percent, "%", warn=5, reject=reject, finding=finding)
+    if result.severity == "warn" and is_cut_too_short:
+        return replace(result, severity="reject", remedy=RECORD_LONGER)
+    return replace(result, remedy=remedy if result.severity == "reject" else "")

@@ -14,7 +14,7 @@ from stiction.display.number_format import count_noun
 from stiction.errors import ParameterError, RecordError, as_floats, import_extra, require_positive
 from stiction.records.gaps import missing_mask
 from stiction.records.provenance import Provenance
-from stiction.records.quality.movement import detect_op_scale
+from stiction.records.quality.op_scale import detect_op_scale
 from stiction.records.quality.outliers import find_record_outliers
 
 if TYPE_CHECKING:

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.diagnosis.loop_state import HEADLINES
-from stiction.display.check_text import describe_check
 from stiction.report import figures, labels
 from stiction.report.blocks import Block, Cell, Collapsible, Figure, Heading, SideBySide, StatusIcon, Table, Text
 from stiction.report.explanation import describe_controller, describe_identification
@@ -164,7 +163,7 @@ def _quality(diagnosis: Diagnosis) -> list[Block]:
     rows = []
     for check in sorted(quality.checks, key=lambda check: _ORDER.get(check.severity, 0)):
         word, icon = _SEVERITY.get(check.severity, (check.severity, "unknown"))
-        rows.append([check.name, Cell(word, mark=icon), check.value, check.limit, check.unit, describe_check(check)])
+        rows.append([check.name, Cell(word, mark=icon), check.value, check.limit, check.unit, check.why])
     result = "No data check rejects the record." if quality.usable else "The data checks reject the record."
     return [Text(result), Table(["Check", "Result", "Value", "Limit", "Unit", "Why"], rows)]
 

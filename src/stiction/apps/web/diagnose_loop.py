@@ -183,11 +183,9 @@ def _contributions_sentence(diagnosis: Diagnosis) -> str:
 
 
 def _checks(diagnosis: Diagnosis) -> list[dict[str, Any]]:
-    from stiction.display.check_text import describe_check
-
     order = {"reject": 0, "warn": 1, "ok": 2}
     checks = sorted(diagnosis.quality.checks, key=lambda check: order.get(check.severity, 0))
-    return [{"name": one.name, "severity": one.severity, "why": describe_check(one)} for one in checks]
+    return [{"name": one.name, "severity": one.severity, "why": one.why} for one in checks]
 
 
 def _origin(record: LoopRecord) -> list[list[str]]:

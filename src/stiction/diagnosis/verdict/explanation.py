@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Protocol
 from stiction.diagnosis.loop_state import describe_action, describe_state
 from stiction.diagnosis.verdict.decision import Costs, decide, shift_prior
 from stiction.diagnosis.verdict.features import FEATURES
-from stiction.display.check_text import describe_check
 from stiction.display.duration_format import format_seconds
 from stiction.display.number_format import format_interval, format_probability
 
@@ -117,7 +116,7 @@ def explain_reason(found: Findings) -> str:
         _left_out(found),
         _slave(found),
     ]
-    sentences += [describe_check(check) for check in found.quality.rejections[:2]]
+    sentences += [check.why for check in found.quality.rejections[:2]]
     return " ".join(sentence for sentence in sentences if sentence)
 
 

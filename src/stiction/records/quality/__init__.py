@@ -1,4 +1,6 @@
-"""Data checks: each is one function of signals, with its thresholds as keyword arguments, and gives a mask or a number.
+"""Data checks, a page for each fault: what finds it, its limits, and its sentences.
+
+What finds a fault is a function of signals with its thresholds as keyword arguments, and gives a mask or a number.
 
 `stiction.records.assess_quality` applies them all to a record.
 """
@@ -8,10 +10,12 @@ from stiction.records.quality.compression import controller_saw_hold, count_inte
 from stiction.records.quality.copied_data import find_copied_data
 from stiction.records.quality.frozen import find_frozen, find_manual, find_outages
 from stiction.records.quality.manual_steps import find_manual_steps
-from stiction.records.quality.movement import count_reversals, detect_op_scale, last_value_correlation
+from stiction.records.quality.movement import count_reversals
 from stiction.records.quality.moving_average import detect_averaging_window
+from stiction.records.quality.op_scale import detect_op_scale
 from stiction.records.quality.outliers import find_outliers
 from stiction.records.quality.quantisation import count_levels, is_coarse, quantisation_step
+from stiction.records.quality.sampling import last_value_correlation
 from stiction.records.quality.saturation import find_clipping, find_saturation, find_shutdown, find_span_ends
 from stiction.records.quality.storage_rate import find_repeated, find_slower_signal, find_stored_samples
 

@@ -1,4 +1,4 @@
-"""Clock jumps: rows are missing, and OP and PV break off together."""
+"""Clock jumps: rows are missing, and OP and PV jump together."""
 
 from __future__ import annotations
 
@@ -6,16 +6,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.display.number_format import count_noun
+from stiction.records.check_result import CheckResult, check_maximum
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["find_discontinuities"]
+__all__ = ["check_clock_jumps", "find_discontinuities"]
 
 
 def find_discontinuities(
     op: NDArray[np.float64], pv: NDArray[np.float64], *, max_count: int, min_ratio: float = 3.0
 ) -> NDArray[np.bool_]:
-    """Mark the samples at which OP and PV break off together.
+    """Mark the samples at which OP and PV jump together.
 
     Parameters
     ----------
@@ -56,3 +59,19 @@ def find_discontinuities(
         mask[k] = True
         size[max(k - 2, 0) : k + 3] = 0.0
     return mask
+
+
+def check_clock_jumps(
+    op: NDArray[np.float64], pv: NDArray[np.float64] | None, clock_jumps: int, summer_time: int
+) -> CheckResult:
+    """Clock changes that the reader met; a change of summer time across which OP and PV continue lost no rows."""
+    jumps = pv is not None and find_discontinuities(op, pv, max_count=min(clock_jumps, 20)).any()
+    undone = 0 if jumps else summer_time
+    count = clock_jumps - undone
+    finding = "the clock runs evenly"
+    if count:
+        finding = f"the clock jumped or rows were out of order {count_noun(count, 'time')}"
+    elif undone:
+        finding = "the clock change of summer time was corrected; OP and PV continue without a jump"
+    remedy = "check the assumptions of the reader, or split the record there"
+    return check_maximum("clock jumps", count, "-", warn=0, finding=finding, remedy=remedy)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.records.check_result import MIN_SAMPLES, CheckResult, check_minimum
 from stiction.records.gaps import forward_fill
 from stiction.records.quality.quantisation import ROUNDING, is_coarse, peak_to_peak
 from stiction.records.runs import runs
@@ -14,7 +15,14 @@ from stiction.records.straight_line import fit_line
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["EXACT", "controller_saw_hold", "count_interpolated", "exception_deviation"]
+__all__ = [
+    "EXACT",
+    "check_compression",
+    "check_exception_reporting",
+    "controller_saw_hold",
+    "count_interpolated",
+    "exception_deviation",
+]
 
 EXACT = 1e-7
 """Share of a signal's range within which points lie on a straight line [-]."""
@@ -184,6 +192,52 @@ def controller_saw_hold(
             is_straight = np.abs(part - line.at(known)).max() <= tolerance
             straight, bent = straight + is_straight, bent + (not is_straight)
     return bool(straight >= min_holds and straight >= 4 * bent)
+
+
+def check_compression(
+    op: NDArray[np.float64], pv: NDArray[np.float64], steps: tuple[float, float], samples_per_cycle: float
+) -> CheckResult | None:
+    """Straight lines that no controller makes; the quantisation steps of OP and PV [their units] are known."""
+    n = len(op)
+    if n < 10:
+        return None
+    drawn = {"OP": count_interpolated(op, pv, *steps), "PV": count_interpolated(pv, op, *steps[::-1])}
+    signal = max(drawn, key=lambda name: drawn[name])
+    percent, stored = 100.0 * drawn[signal] / n, n - drawn[signal]
+    finding = f"{signal} lies on exact straight lines at {percent:.3g} % of the samples"
+    if percent <= 10.0:
+        return CheckResult("compression", "ok", percent, 10.0, "%", finding)
+    points = (1.0 - drawn[signal] / n) * samples_per_cycle
+    finding += f": the historian interpolated, and stored {points:.1f} points per cycle, {stored} in all"
+    remedy = "export raw values, or switch compression off and record again"
+    if points < 8 or stored < MIN_SAMPLES:
+        remedy = f"the shape of the cycle is lost: {remedy}"
+        return CheckResult("compression", "reject", points, 8, "points per cycle", finding, remedy)
+    return CheckResult("compression", "warn", percent, 10.0, "%", finding, remedy)
+
+
+def check_exception_reporting(
+    op: NDArray[np.float64], pv: NDArray[np.float64], steps: tuple[float, float], at_limit: NDArray[np.bool_]
+) -> CheckResult | None:
+    """OP or PV stored only after it had moved by a deviation: small movements are lost, and it seems to stick."""
+    if len(op) < 10:
+        return None
+    deviations = {"OP": exception_deviation(op, steps[0]), "PV": exception_deviation(pv, steps[1])}
+    if deviations["PV"] and controller_saw_hold(np.where(at_limit, np.nan, op), pv, steps[0]):
+        deviations["PV"] = 0.0
+    covered = [(peak_to_peak(x) / deviations[name], name) for name, x in (("OP", op), ("PV", pv)) if deviations[name]]
+    if not covered:
+        finding = "OP and PV also change by small steps: no exception deviation is visible"
+        return CheckResult("exception reporting", "ok", 0.0, 0.0, "deviations", finding)
+    levels, signal = min(covered)
+    finding = (
+        f"{signal} is constant and then changes by {deviations[signal]:.3g} or more, and covers {levels:.1f} such "
+        "deviations: it was stored by exception"
+    )
+    return check_minimum(
+        "exception reporting", levels, "deviations", warn=20, reject=6, finding=finding,
+        remedy="set the exception deviation to 0 and record again",
+    )  # fmt: skip
 
 
 def _between_neighbours(x: NDArray[np.float64], width: float) -> NDArray[np.bool_]:

@@ -6,10 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.records.check_result import CheckResult, check_maximum
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["find_copied_data"]
+__all__ = ["check_copied_data", "find_copied_data"]
 
 
 def find_copied_data(
@@ -86,3 +88,23 @@ def find_copied_data(
         near &= np.abs(x[lag:] - x[:-lag]) <= max(2.01 * step, max_cycle_error * float(x.max() - x.min()))
     rest = near[~mask[lag:]]
     return mask, bool(rest.size and rest.mean() > 0.5)
+
+
+def check_copied_data(
+    op: NDArray[np.float64], pv: NDArray[np.float64], steps: tuple[float, float]
+) -> CheckResult | None:
+    """Segments that occur twice, value for value; the quantisation steps of OP and PV [their units] are known."""
+    if len(op) < 2:
+        return None
+    mask, is_periodic = find_copied_data(op, pv, *steps)
+    percent = 100.0 * float(np.mean(mask))
+    if is_periodic:
+        finding = (
+            "the record repeats itself value for value: it was simulated without noise, or its values are rounded too "
+            "much"
+        )
+        return CheckResult("copied data", "ok", percent, 0.5, "%", finding)
+    return check_maximum(
+        "copied data", percent, "%", warn=0.5, remedy="some data are copies: export the raw record",
+        finding=f"{percent:.3g} % of the samples repeat an earlier segment value for value",
+    )  # fmt: skip

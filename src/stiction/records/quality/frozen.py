@@ -6,6 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.display.duration_format import format_seconds
+from stiction.display.number_format import count_noun
+from stiction.records.check_result import CheckResult, check_excluded, check_maximum
 from stiction.records.gaps import fill_short_gaps, unchanged_mask
 from stiction.records.quality.manual_steps import find_manual_steps
 from stiction.records.quality.saturation import find_saturation
@@ -15,7 +18,7 @@ from stiction.records.runs import is_rarely_constant, run_bounds, run_lengths, r
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["find_frozen", "find_manual", "find_outages"]
+__all__ = ["check_frozen_pv", "check_manual", "check_outages", "find_frozen", "find_manual", "find_outages"]
 
 
 def find_manual(
@@ -148,6 +151,42 @@ def find_outages(
     jumps = np.any([move > min_jump * quantiles(move, 0.5)[0] for move in moves], axis=0)
     together = together[jumps[together[:, 1] - 1]]
     return _long_runs(op_unchanged | pv_unchanged, together, min_samples, max(60, op.size // 20))
+
+
+def check_manual(manual: NDArray[np.bool_], *, has_mode: bool, in_steps: bool, is_cut_too_short: bool) -> CheckResult:
+    """Time in manual, by the recorded mode, by steps of OP or by a constant OP: no feedback there."""
+    if has_mode:
+        finding = "the mode is not automatic for {share} of the samples in {segments} (excluded)"
+    elif in_steps:
+        finding = "OP moves in steps, as in manual, for {share} of the samples in {segments} (excluded)"
+    else:
+        finding = (
+            "OP is constant while PV moves, as in manual or inside a controller's gap, for {share} of the samples in "
+            "{segments} (excluded)"
+        )
+    remedy = "put the controller in automatic and record again"
+    return check_excluded("manual", manual, finding, reject=90, remedy=remedy, is_cut_too_short=is_cut_too_short)
+
+
+def check_frozen_pv(frozen: NDArray[np.bool_], *, is_cut_too_short: bool) -> CheckResult:
+    """Time of a constant PV that is never constant elsewhere."""
+    finding = "PV is frozen for {share} of the samples in {segments} (excluded)"
+    remedy = "repair the transmitter or its connection and record again"
+    return check_excluded("frozen pv", frozen, finding, reject=80, remedy=remedy, is_cut_too_short=is_cut_too_short)
+
+
+def check_outages(op: NDArray[np.float64], pv: NDArray[np.float64], dt: float) -> CheckResult:
+    """Segments in which OP and PV, sampled every `dt` [s], are constant together and then jump."""
+    outages = runs(find_outages(op, pv))
+    finding = "OP and PV are never constant together"
+    if outages:
+        longest = int(run_lengths(outages).max()) * dt
+        finding = (
+            f"OP and PV are constant together and then jump, in {count_noun(len(outages), 'segment')} of up to "
+            f"{format_seconds(longest)}: the historian had no connection"
+        )
+    remedy = "repair the connection to the historian and record again"
+    return check_maximum("historian outages", len(outages), "-", warn=0, finding=finding, remedy=remedy)
 
 
 def _long_runs(unchanged: NDArray[np.bool_], found: NDArray[np.int64], if_moving: int, usual: int) -> NDArray[np.bool_]:

@@ -1,4 +1,4 @@
-"""Movement of the signals: reversals of OP, resemblance of neighbouring samples, and the unit of OP."""
+"""Movement: whether OP and PV move, and how often OP reverses."""
 
 from __future__ import annotations
 
@@ -6,12 +6,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.display.number_format import count_noun
+from stiction.records.check_result import MIN_CYCLES, CheckResult, check_minimum
+from stiction.records.quality.quantisation import peak_to_peak, robust_range
 from stiction.records.quantiles import robust_std
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["count_reversals", "detect_op_scale", "last_value_correlation", "spike_share"]
+__all__ = ["check_op_movement", "check_op_reversals", "check_pv_movement", "count_reversals", "spike_share"]
 
 
 def count_reversals(x: NDArray[np.float64], min_move: float = 0.0) -> int:
@@ -58,52 +61,43 @@ def count_reversals(x: NDArray[np.float64], min_move: float = 0.0) -> int:
     return count
 
 
-def last_value_correlation(x: NDArray[np.float64]) -> float:
-    """Correlation of a signal with its last value.
-
-    Parameters
-    ----------
-    x : ndarray, shape (n_samples,)
-        A signal without NaN [any unit].
-
-    Returns
-    -------
-    float
-        The correlation, by von Neumann's ratio [-]: 0 for white noise, 1 for a constant, cos(2 pi / n) for a sine of
-        n samples per cycle.
-
-    Examples
-    --------
-    >>> round(last_value_correlation(np.sin(np.arange(6000) * np.pi / 3)), 2)
-    0.5
-    """
-    variance = float(np.var(x))
-    return 1.0 - float(np.mean(np.diff(x) ** 2)) / (2.0 * variance) if variance > 0.0 else 1.0
+def check_op_movement(op: NDArray[np.float64]) -> CheckResult:
+    """A constant OP says nothing about the valve."""
+    finding = "OP is constant: the loop is in manual, or OP was not recorded"
+    return _check_movement("op", peak_to_peak(op), finding, "put the controller in automatic and record again")
 
 
-def detect_op_scale(low: float, high: float) -> str:
-    """Say which unit an OP between two values may have.
+def check_pv_movement(
+    op: NDArray[np.float64], pv: NDArray[np.float64] | None, usable_pv: NDArray[np.float64] | None
+) -> CheckResult:
+    """PV must be recorded, move in the usable segment, and be another signal than OP."""
+    if pv is None:
+        return _check_movement("pv", 0.0, "PV was not recorded", "record PV together with OP")
+    if np.array_equal(pv, op, equal_nan=True) and peak_to_peak(op) > 0.0:
+        finding = "PV and OP are the same numbers: one column was exported or assigned twice"
+        return _check_movement("pv", 0.0, finding, "give the name of the PV column")
+    finding = "PV is constant: the transmitter is frozen, or the column is wrong"
+    remedy = "repair the transmitter, or name the right column, and record again"
+    return _check_movement("pv", peak_to_peak(pv if usable_pv is None else usable_pv), finding, remedy)
 
-    Parameters
-    ----------
-    low, high : float
-        Smallest and largest OP [its unit].
 
-    Returns
-    -------
-    str
-        "percent", "fraction" (of span), "normalised" (mean removed), or "other".
+def _check_movement(name: str, moved: float, finding: str, remedy: str) -> CheckResult:
+    """Reject a signal that does not move."""
+    unit, result = "% of span" if name == "op" else "PV units", f"{name} movement"
+    if moved > 0.0:
+        return CheckResult(result, "ok", moved, 0.0, unit, finding=f"{name.upper()} moves by {moved:.3g}")
+    return CheckResult(result, "reject", moved, 0.0, unit, finding, remedy)
 
-    Examples
-    --------
-    >>> [detect_op_scale(*ends) for ends in ((20.0, 70.0), (0.2, 0.7), (-1.9, 2.2), (-52.0, -45.0))]
-    ['percent', 'fraction', 'normalised', 'other']
-    """
-    if low >= 0.0 and high <= 1.0:
-        return "fraction"
-    if low < -10.0 or high > 110.0:
-        return "other"
-    return "normalised" if low < -0.5 and high <= 5.0 else "percent"
+
+def check_op_reversals(op: NDArray[np.float64], *, min_share: float = 0.15) -> CheckResult | None:
+    """Reversals of OP by `min_share` of its robust range [-] and more: friction shows nowhere else."""
+    if not peak_to_peak(op) > 0.0:
+        return None
+    count = count_reversals(op, min_share * robust_range(op))
+    return check_minimum(
+        "op reversals", count, "-", warn=2 * MIN_CYCLES, remedy="record a period with more OP movement",
+        finding=f"OP reverses {count_noun(count, 'time')}; friction shows only at reversals",
+    )  # fmt: skip
 
 
 def spike_share(x: NDArray[np.float64], *, min_jump: float = 8.0) -> float:

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.display.duration_format import format_seconds
+from stiction.records.check_result import CheckResult, check_maximum
 from stiction.records.correlation import lagged_products
 from stiction.records.fast_length import next_fast_length
 from stiction.records.quality.compression import EXACT
@@ -16,7 +18,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["detect_averaging_window"]
+__all__ = ["check_moving_average", "detect_averaging_window"]
 
 MIDDLE, BESIDE, REACH = 0.05, 0.15, 0.4
 """Half width of a notch, and distances from its middle between which its surroundings lie [1 / window]."""
@@ -76,6 +78,23 @@ def detect_averaging_window(
     powers = [_power((z - z.mean()) * taper, n) for z in (np.diff(op, 2), np.diff(pv, 2))]
     # A window has the notches of its divisors too: the longest one counts.
     return next((w for w in range(longest, 1, -1) if _has_notches(powers, n, w, max_notch_power)), 0)
+
+
+def check_moving_average(
+    op: NDArray[np.float64], pv: NDArray[np.float64], dt: float, period: float | None
+) -> CheckResult | None:
+    """OP and PV, sampled every `dt` [s], averaged over several samples of an oscillation with `period` [s]."""
+    window = detect_averaging_window(op, pv)
+    if not window:
+        return None
+    # In a short record notches may be there by chance.
+    seem = "are" if len(op) >= 150 else "look like"
+    finding, remedy = f"OP and PV {seem} moving averages over {format_seconds(window * dt)}", "export raw values"
+    if period is None:
+        return CheckResult("moving average", "warn", window, 1, "samples", finding, remedy)
+    share = window * dt / period
+    finding += f", {100.0 * share:.3g} % of a cycle"
+    return check_maximum("moving average", share, "cycles", warn=0.0, reject=1 / 3, finding=finding, remedy=remedy)
 
 
 def _drawn_share_exceeds(x: NDArray[np.float64], limit: float) -> bool:

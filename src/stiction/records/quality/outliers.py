@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.display.number_format import count_noun
+from stiction.records.check_result import CheckResult, check_maximum
 from stiction.records.quantiles import quantiles
 from stiction.records.runs import runs
 
@@ -15,7 +17,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["OP_DISTANCE_LIMIT", "find_outliers", "find_record_outliers"]
+__all__ = ["OP_DISTANCE_LIMIT", "check_outliers", "find_outliers", "find_record_outliers"]
 
 OP_DISTANCE_LIMIT, OTHER_DISTANCE_LIMIT = 1.0, 5.0
 """Distance of an outlier of OP, and of PV or valve position, see `find_outliers` [widths]; nearer spikes of PV are a
@@ -100,6 +102,19 @@ def find_record_outliers(
             causes |= find_outliers(signals["pv"], samples_per_value=samples_per_value) & ~masks["pv"]
         masks["op"] &= ~(np.convolve(causes, np.ones(5), "same") > 0.0)
     return masks
+
+
+def check_outliers(pv: NDArray[np.float64] | None, removed: int, samples_per_value: int) -> CheckResult | None:
+    """Distant outliers that were removed [samples], and single-sample PV spikes that were not."""
+    spikes = 0 if pv is None else int(find_outliers(pv, samples_per_value=samples_per_value).sum())
+    if not removed + spikes:
+        return None
+    finding = (
+        f"{count_noun(removed, 'value')} far from all others were removed; {count_noun(spikes, 'spike')} of PV were "
+        "not removed"
+    )
+    remedy = "check how the historian writes bad values"
+    return check_maximum("outliers", removed + spikes, "-", warn=0, finding=finding, remedy=remedy)
 
 
 def _find_codes(

@@ -6,12 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.records.check_result import CheckResult, check_minimum
 from stiction.records.quantiles import quantiles
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 __all__ = [
+    "check_resolution",
     "count_levels",
     "count_values",
     "different_values",
@@ -173,3 +175,16 @@ def is_coarse(x: NDArray[np.float64], *, max_values: int = 50) -> bool:
     """
     values = count_values(x, max_values + 1)
     return values <= max_values and 2 * values < int(np.count_nonzero(np.diff(x)))
+
+
+def check_resolution(
+    signal: str, x: NDArray[np.float64], step: float, values: NDArray[np.float64]
+) -> CheckResult | None:
+    """Quantisation steps that OP or PV covers: few steps of PV look like stick and slip."""
+    levels = count_levels(x, step, values)
+    if np.isnan(levels):
+        return None
+    return check_minimum(
+        f"{signal.lower()} resolution", levels, "steps", warn=20, reject=6 if signal == "OP" else 3,
+        finding=f"{signal} covers {levels:.0f} quantisation steps", remedy="record without rounding",
+    )  # fmt: skip

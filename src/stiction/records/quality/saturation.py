@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.records.check_result import CheckResult, check_excluded
 from stiction.records.gaps import fill_short_gaps, unchanged_mask
 from stiction.records.quality.manual_steps import find_manual_steps
 from stiction.records.quality.quantisation import count_values
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["find_clipping", "find_saturation", "find_shutdown", "find_span_ends"]
+__all__ = ["check_saturation", "find_clipping", "find_saturation", "find_shutdown", "find_span_ends"]
 
 SPANS = ((0.0, 100.0), (0.0, 1.0), (4.0, 20.0))
 """Spans of OP: %, fraction, mA. OP at the end of a span is there when all of OP lies inside that span."""
@@ -204,6 +205,13 @@ def find_shutdown(
     if last - first > max(min_share * op.size, min_share_at_ends * at_end.sum()):
         mask[first:last] = True
     return mask
+
+
+def check_saturation(at_limit: NDArray[np.bool_], clipped: NDArray[np.bool_], *, is_cut_too_short: bool) -> CheckResult:
+    """Time of OP at a limit: no feedback there, and a clipped OP need not be the one that the valve received."""
+    finding = "OP is at a limit for {share} of the samples in {segments}" + (" (excluded)" if clipped.any() else "")
+    remedy = "check valve sizing and OP limits, then record while OP is between its limits"
+    return check_excluded("saturation", at_limit, finding, reject=80, remedy=remedy, is_cut_too_short=is_cut_too_short)
 
 
 def _needed_samples(op: NDArray[np.float64], usual: int, if_moving: int) -> int:

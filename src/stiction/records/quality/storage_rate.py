@@ -6,13 +6,22 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from stiction.records.check_result import CheckResult, check_maximum
 from stiction.records.gaps import forward_fill
 from stiction.records.quality.quantisation import is_coarse, peak_to_peak, quantisation_step
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["SlowerSignal", "StoredMasks", "find_repeated", "find_slower_signal", "find_stored_samples"]
+__all__ = [
+    "SlowerSignal",
+    "StoredMasks",
+    "check_held_values",
+    "check_storage_rate",
+    "find_repeated",
+    "find_slower_signal",
+    "find_stored_samples",
+]
 
 
 class SlowerSignal(NamedTuple):
@@ -156,6 +165,40 @@ def find_stored_samples(
     repeated = shared > max_shared * fewer > 0.0
     by_itself = op_is_held and op_left_out.any() and pv_left_out.mean() < min_pv_left_out
     return finite if repeated or by_itself else StoredMasks(op_stored, pv_stored)
+
+
+def check_held_values(
+    op: NDArray[np.float64], pv: NDArray[np.float64], samples_per_cycle: float | None
+) -> CheckResult | None:
+    """OP and PV repeated together: the historian stored less often than it was asked."""
+    if len(op) < 2:
+        return None
+    moves = len(op) - 1
+    new = moves - int(find_repeated(op, pv).sum())
+    percent = 100.0 * (moves - new) / moves
+    finding = f"OP and PV both repeat their last value at {percent:.3g} % of the samples"
+    remedy = "export raw values at the rate of the controller"
+    # Rounding repeats values too, but not those of OP and PV together; a slow historian renews both at once.
+    is_rounded = is_coarse(op) and is_coarse(pv) and 2 * np.sum((np.diff(op) != 0.0) & (np.diff(pv) != 0.0)) < new
+    if percent > 20.0 and samples_per_cycle is not None and not is_rounded:
+        points = new / moves * samples_per_cycle
+        finding += f", and a cycle has {points:.1f} new values"
+        if points < 4:
+            return CheckResult("held values", "reject", points, 4, "values per cycle", finding, remedy)
+    return check_maximum("held values", percent, "%", warn=20.0, finding=finding, remedy=remedy)
+
+
+def check_storage_rate(op: NDArray[np.float64], pv: NDArray[np.float64]) -> CheckResult | None:
+    """One of OP and PV is held for several samples while the other moves."""
+    if len(op) < 2:
+        return None
+    slower = find_slower_signal(op, pv)
+    if slower is None:
+        return CheckResult("storage rate", "ok", 1.0, 1.0, "samples", finding="OP and PV are stored equally often")
+    other = "OP" if slower.name == "PV" else "PV"
+    finding = f"{slower.name} is updated only every {slower.every} samples, {other} more often"
+    remedy = "export both at the rate of the controller"
+    return CheckResult("storage rate", "warn", float(slower.every), 1.0, "samples", finding, remedy)
 
 
 def _stored(x: NDArray[np.float64], min_left_out: float, min_move: float) -> tuple[NDArray[np.bool_], bool]:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stiction.records.quality.movement import detect_op_scale
+from stiction.records.quality.op_scale import detect_op_scale
 from stiction.records.quality.outliers import find_outliers
 from stiction.sources.roles.vocabulary import FRACTION_UNITS, OTHER_OUTPUT_UNITS, PERCENT_UNITS
 
