@@ -19,7 +19,7 @@ from stiction.records.quality.movement import spike_share
 if TYPE_CHECKING:
     from stiction.records.record import LoopRecord
 
-__all__ = ["diagnose", "find_features"]
+__all__ = ["diagnose"]
 
 
 def diagnose(record: LoopRecord, *, prior: float = 0.25, costs: Costs | None = None) -> Diagnosis:
@@ -89,8 +89,3 @@ def diagnose(record: LoopRecord, *, prior: float = 0.25, costs: Costs | None = N
         prior=prior,
         costs=costs,
     )
-
-
-def find_features(record: LoopRecord) -> dict[str, float]:
-    """Compute the features of a record (see `verdict.features.FEATURES`); empty where it cannot be judged."""
-    return diagnose(record).features

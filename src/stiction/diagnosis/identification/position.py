@@ -80,9 +80,10 @@ def fit_position(
     ('stiction', 3.0)
     """
     signal = position_signal(op, position)
-    if signal is None:
+    compared = None if signal is None else position_regression(signal)
+    if compared is None or not float(np.ptp(compared.position)) > 1e-9 * abs(compared.level):
         return None
-    regression, good, play, sticky, jump = _search(position_regression(signal), min_S)
+    regression, good, play, sticky, jump = _search(compared, min_S)
     residual = regression.residuals(regression.positions(np.array([sticky.best])))[0]
     share = independent_share(residual)
     cost = [float(found.cost.min()) for found in (good, play, sticky)]
