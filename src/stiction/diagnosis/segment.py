@@ -113,7 +113,7 @@ def judge_segment(record: LoopRecord, *, period: float | None = None) -> JudgedS
     >>> loop = st.Loop(st.PID(0.2, 10.0), st.Kano(5.0, 2.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
     >>> segment = judge_segment(st.simulate(loop, sp=10.0, duration=2000.0, loop_type="flow"))
     >>> segment.loop_state.state, round(segment.oscillation.period)
-    ('in_control', 142)
+    ('in_control', 140)
     """
     require_record(record)
     if record.pv is None:
