@@ -43,7 +43,7 @@ def test_a_record_becomes_advice_and_what_the_plant_needs(run, folder, sticky_fi
     assert "The simulated loop oscillates like the record." in done.out
     for name in ("do nothing", "fix the valve", "knocker", "two-move", "integral deadband"):
         assert f"\n{name} " in done.out
-    assert "Valve: Check packing" in done.out
+    assert "What to do: Check packing" in done.out
     assert "FUNCTION_BLOCK FIC_101_" in (folder / "k.st").read_text()
     assert (folder / "w.md").read_text().startswith("# Work order: control valve of FIC-101, repair")
     names = sorted(path.name for path in folder.iterdir())
@@ -150,7 +150,7 @@ def test_several_loops_of_a_file(run, folder, sticky_csv, healthy_csv):
     loops = strict(run("compensate", "two.csv", "--json", "--seeds", "1", "--report", "r.html").out)
     assert {loop["tag"]: loop["refused"] for loop in loops} == {"FIC-101": False, "FIC-9": True}
     page = (folder / "r.html").read_text()
-    assert page.count('<details class="fold"') == 2
+    assert re.findall(r'<details class="fold" id="(loop-\d)"', page) == ["loop-0", "loop-1"]
     done = run("compensate", "two.csv", "--work-order", "w.md")
     assert (done.code, done.err.count("\n")) == (2, 1)
     assert "choose one with --tag" in done.err
@@ -261,7 +261,7 @@ def test_a_twin_that_does_not_fit_is_told_once_with_its_reason(run, sticky_file)
     assert done.code == 0
     assert "No advice." in done.out
     assert done.out.count("The simulated loop does not") == 1
-    assert "Twin: Record: period" in done.out
+    assert "\nThe twin\nRecord: period" in done.out
 
 
 def test_no_text_for_the_plant_from_an_op_in_another_unit(run, folder, sticky_csv):
@@ -296,7 +296,7 @@ def test_a_stem_that_only_jumps_is_seen_to_cycle(run):
 
 def test_retuning_is_told_once_and_the_same(run, folder):
     """What new settings give without noise, and with it, stand together, and what does harm is not advised."""
-    from stiction.apps.remedy_output import remedy_note, retuning_text
+    from stiction.report.pages.trial import remedy_note, retuning_text
 
     loop = st.Loop(st.PID(0.42, 6.0), st.Kano(6.0, 3.0), st.FOPDT(1.2, 4.0, 2.0), dt=1.0, noise=0.15)
     found = st.compensate(loop, seeds=1)
@@ -316,7 +316,7 @@ def test_advice_of_another_cause_is_none_on_the_valve(run, folder):
     tight = next(one.record for one in demo_plant() if one.cause == "tight tuning")
     (folder / "t.csv").write_text(csv_text(tight))
     done = run("compensate", "t.csv", "--loop-type", "temperature")
-    assert "\nAction: Lower the controller gain" in done.out
+    assert "\nWhat to do: Lower the controller gain" in done.out
     assert "Valve:" not in done.out
 
 

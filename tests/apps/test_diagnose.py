@@ -81,7 +81,7 @@ def test_one_bad_file_is_a_row_with_its_reason(run, folder, sticky_csv, healthy_
     assert re.search(r"empty\.csv.{1,600}Not diagnosed", (folder / "r.html").read_text(), re.DOTALL)
     table = [line for line in done.out.splitlines() if line.startswith(("FIC-101 ", "healthy ", "empty.csv "))][-3:]
     assert [line.split()[0] for line in table] == ["FIC-101", "healthy", "empty.csv"]
-    assert "not diagnosed" in table[2]
+    assert "Not diagnosed" in table[2]
     assert "is empty" in table[2]
     found = json.loads(run("diagnose", *files, "--json").out)
     assert [entry["verdict"] for entry in found] == ["no_stiction", "stiction", "undecided"]
@@ -122,9 +122,9 @@ def test_a_wrong_prior_or_cost_is_a_usage_error(options, text, run, healthy_csv)
     assert text in done.err
 
 
-def test_explain_prints_the_steps_in_order(run, sticky_csv):
+def test_explain_prints_the_sections_in_order(run, sticky_csv):
     done = run("diagnose", "-", "--no-report", "--explain", stdin=sticky_csv.encode())
-    steps = ("step by step", "1. Are the data good enough?", "Is the loop in control?", "He curve fit")
+    steps = ("in detail", "Why this verdict", "Valve and process", "He curve fit", "Data quality")
     places = [done.out.index(step) for step in steps]
     assert places == sorted(places)
 
@@ -244,7 +244,7 @@ def test_a_loop_that_is_not_judged_has_no_probability_in_the_table(run, folder, 
     done = run("diagnose", "healthy.csv", "rest.csv", "--report", "r.HTM")
     [row] = [line for line in done.out.splitlines() if line.startswith("rest ") and "Cannot tell" in line]
     assert "0.25" not in row
-    assert " - " in row
+    assert " – " in row
 
 
 def test_our_own_report_is_replaced(run, folder, healthy_csv):
@@ -272,14 +272,15 @@ def test_counts_become_percent(run, folder, sticky_csv):
 
 
 def test_loops_of_one_name_are_told_apart_by_their_files(run, folder, sticky_csv):
-    for month in ("may", "june"):
+    lines = sticky_csv.splitlines(keepends=True)
+    for month, rows in (("may", lines[1:601]), ("june", lines[900:])):
         (folder / month).mkdir()
-        (folder / month / "FIC-101.csv").write_text(sticky_csv)
+        (folder / month / "FIC-101.csv").write_text("".join(lines[:1] + rows))
     done = run("diagnose", "may/FIC-101.csv", "june/FIC-101.csv", "--explain")
     page = (folder / "stiction-report.html").read_text()
     for month in ("may", "june"):
         name = f"FIC-101 ({month}/FIC-101.csv)"
         assert re.search(rf"\n{re.escape(name)} +Stiction", done.out)
-        assert f"\n{name}, step by step" in done.out
+        assert f"\n{name}, in detail" in done.out
         assert f">{name}</a>" in page
         assert f"{name} · " in page

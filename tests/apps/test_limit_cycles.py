@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import pytest
 
 import stiction as st
-from stiction.apps.limit_cycle_figures import _scan_values
+from stiction.limitcycle.study import scan_values
 
 LOOP = ["--process", "1/(5s^2+6s+1)", "--controller", "parallel:Kp=0.5,Ki=1,Kd=0.1", "--valve", "stenman:d=0.5"]
 
@@ -150,5 +150,5 @@ def test_no_sign_before_nothing(run):
 )
 def test_a_parameter_of_0_is_scan_values_from_0_upwards(over, valve, dead_time, low, high):
     loop = st.Loop(st.PID(0.2, 10.0), valve, st.FOPDT(3.0, 10.0, dead_time), 1.0)
-    values = _scan_values(loop, over, [SimpleNamespace(period=period) for period in (24.0, 40.0)])
+    values = scan_values(loop, over, [SimpleNamespace(period=period) for period in (24.0, 40.0)])
     assert (values[0], values[-1]) == (pytest.approx(low), pytest.approx(high))

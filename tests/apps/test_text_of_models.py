@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 
 import numpy as np
@@ -29,6 +30,9 @@ S = 0.3 + 0.7j
         ("0.5*(1 - 2s)/(s**2 + 3s + 1)", 0.5 * (1 - 2 * S) / (S**2 + 3 * S + 1)),
         ("-1e-3/(s+1) + 2/(3s+1)", -1e-3 / (S + 1) + 2 / (3 * S + 1)),
         ("exp(-s) exp(-2s)/(s+1)", np.exp(-3 * S) / (S + 1)),
+        ("2 e^-10s/(s+1)", 2 * np.exp(-10 * S) / (S + 1)),
+        ("6/2*3 - -1/(s+1)^2", 9 + 1 / (S + 1) ** 2),
+        ("-s^2/(2s^2+1)", -(S**2) / (2 * S**2 + 1)),
         ("2s^2/(s^2+1)", 2 * S**2 / (S**2 + 1)),
     ],
 )
@@ -50,9 +54,11 @@ def test_written_out_and_named_are_the_same(K, tau, dead_time):
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("", "ends too early"),
-        ("1/(s+1", "missing at the end"),
-        ("1/s)", "not expected"),
+        ("", "is missing"),
+        ("1/(s+1", "bracket is missing"),
+        ("1/s)", "bracket is missing"),
+        ("1//s", "is missing"),
+        ("s s exp", "is missing"),
         ("a/(s+1)", "cannot be read"),
         ("3 5/(s+1)", "a sign is missing"),
         ("1/0", "divides by zero"),
@@ -68,6 +74,29 @@ def test_written_out_and_named_are_the_same(K, tau, dead_time):
 def test_transfer_function_that_cannot_be(text, says):
     with pytest.raises(ParameterError, match=says):
         parse_model.parse_process(text)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "(" * 10_000 + "s",
+        "(" * 240 + "1" + ")" * 240,
+        "-" * 499 + "s",
+        "s^20" * 100,
+        "1/((s+1)^20)^20",
+        "9" * 499,
+        "1e999/(s+1)",
+        "__import__('os').system('true')",
+        "exp(exp(s))",
+        "1/(s+1)\0",
+        "s if s else 1",
+        "1\n/s",
+        "١/(s+1)",
+    ],
+)
+def test_hostile_text_is_refused_at_once_or_is_a_process(text):
+    with contextlib.suppress(ParameterError):
+        assert parse_model.parse_process(text).order <= 20
 
 
 @pytest.mark.parametrize(

@@ -13,13 +13,12 @@ from hypothesis import strategies as some
 
 import stiction as st
 from report.diagnoses import record
-from stiction.apps.verdict_output import format_S
 from stiction.compensation.shop_tests import plan_confirmation_tests
 from stiction.records import LoopRecord
 from stiction.records.assess import assess_quality
 from stiction.report import labels, write_report
-from stiction.report.explanation import explanation_steps
-from stiction.report.overview import overview
+from stiction.report.pages.loop import loop_blocks
+from stiction.report.pages.overview import overview
 
 IN_PERCENT = re.compile(
     r"\b[SJ] ?(?:=|is|of|from|changes by)? ?\d[\d.]* ?%|OP (?:amplitude|by|moves) [\d.]+ %"
@@ -46,12 +45,11 @@ def all_text(found, folder):
     """All texts of a diagnosis, with plain blanks."""
     page = write_report([found], folder / "one.html").read_text()
     several = write_report([found, found], folder / "two.html").read_text()
-    steps = [" ".join([*step.lines, str(step.table)]) for step in explanation_steps(found)]
     texts = {
         "page": page.split("<body", 1)[1],
         "overview": several.split("<body", 1)[1],
         "headline": labels.headline(found),
-        "explanation": " ".join(steps),
+        "blocks": str(loop_blocks(found)),
         "reason": found.reason,
         "work order": st.work_order(found, st.compensate(found, seeds=1)).to_text(),
     }
@@ -108,7 +106,7 @@ def test_a_table_of_loops_names_the_unit_that_is_not_that_of_its_heading(found):
     assert [name for name in alone.columns if "%" in name] == []
     for k, cells in enumerate(mixed.rows):
         assert [str(cells[n].value).endswith("OP units") for n in (3, 5)] == [k == 1, k == 1]
-    assert (format_S(fraction).endswith("OP units"), "units" in format_S(percent)) == (True, False)
+    assert (labels.S_text(fraction).endswith("OP units"), "units" in labels.S_text(percent)) == (True, False)
 
 
 @given(

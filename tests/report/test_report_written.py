@@ -20,7 +20,7 @@ from stiction.errors import ParameterError
 from stiction.records.record import Provenance
 from stiction.report import figures, labels, write_report
 from stiction.report.loop_view import LoopView
-from stiction.report.overview import sort_worst_first
+from stiction.report.pages.overview import sort_worst_first
 
 SECTIONS = ["Trends", "Valve and process", "Oscillation", "Published methods", "Data quality", "Origin"]
 JUDGED = [SECTIONS[0], "Why this verdict", *SECTIONS[1:]]
@@ -184,7 +184,7 @@ def test_what_was_identified_is_on_the_page(tmp_path):
     )  # fmt: skip
     found = st.diagnose(record)
     text = " ".join(written(tmp_path, found).text)
-    for part in ("PI with Kc 0.4", "Process with a good valve", "Values of the features"):
+    for part in ("PI with Kc 0.4", "Process with a good valve", "average of all loops"):
         assert part in text
     rejected = "This is the best sticky-valve fit. The verdict does not rely on it."
     for verdict, shown in (("stiction", False), ("no_stiction", True)):

@@ -98,12 +98,12 @@ def _print_scores(summary: dict[str, Any], results: list[dict[str, Any]], groups
         for name, cells in (("records", summary["records"]), ("groups", summary["groups"]))
     ]
     counts = ["found", "missed", "false alarm", "cleared", "undecided"]
-    print_table(["", "n", "right", "share", *counts], rows, right=["n", "right", "share", *counts])
+    print_table(["", "n", "right", "share", *counts], rows)
     print_out(f"{summary['seconds_per_record']:.2f} s per record")
     named = sorted({cause for counts in summary["causes"].values() for cause in counts})
     print_out("\nMain cause of the oscillation, by label")
     rows = [[label, *(counts.get(cause, 0) for cause in named)] for label, counts in summary["causes"].items()]
-    print_table(["Label", *named], rows, right=named)
+    print_table(["Label", *named], rows)
     if summary["reliability"]:
         print_out(
             f"\nProbability of stiction and share of sticky valves; mean difference {summary['calibration_error']:.3f}"
@@ -112,7 +112,7 @@ def _print_scores(summary: dict[str, Any], results: list[dict[str, Any]], groups
             [f"{one['from']:.1f} to {one['to']:.1f}", one["n"], format_probability(one["mean"]), f"{one['sticky']:.2f}"]
             for one in summary["reliability"]
         ]
-        print_table(["Probability", "Records", "Mean", "Sticks"], rows, right=["Records", "Mean", "Sticks"])
+        print_table(["Probability", "Records", "Mean", "Sticks"], rows)
     wrong = [group for group in groups if group["verdict"] != group["label"]]
     if wrong:
         print_out("\nGroups with a wrong verdict")
@@ -124,7 +124,7 @@ def _print_scores(summary: dict[str, Any], results: list[dict[str, Any]], groups
         print_out("\nRecords with a wrong verdict")
         keys = ("file", "label", "verdict", "probability", "cause", "reason")
         rows = [[_shown(row[key]) for key in keys] for row in missed]
-        print_table([key.capitalize() for key in keys], rows, right=["Probability"])
+        print_table([key.capitalize() for key in keys], rows)
     print_out(
         "\nThe model is trained on simulated loops alone; docs/validation.md shows its results on recorded loops."
     )

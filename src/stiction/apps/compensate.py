@@ -182,7 +182,7 @@ def _write_results(
     advices: "Sequence[Advice]", failures: "Sequence[Failure]", targets: "Mapping[str, Path]", *, as_json: bool
 ) -> int:  # fmt: skip
     """Print the advice, write the files, and return the exit code."""
-    from stiction.apps import remedy_output
+    from stiction.apps import advice_output
     from stiction.apps.output import print_err, print_json, print_out
     from stiction.apps.output_files import write_text
 
@@ -192,21 +192,19 @@ def _write_results(
         if target is None:
             continue
         if text is None:
-            lines.append(remedy_output.not_written_text(key, target, advices[0]))
+            lines.append(advice_output.not_written_text(key, target, advices[0]))
         else:
             write_text(text, target)
             written[key] = str(target)
             lines.append(f"{key.replace('_', ' ').capitalize()}: {target}")
     if "--report" in targets and advices:
-        from stiction.apps.compensate_page import write_compensate_page
-
-        write_compensate_page(advices, targets["--report"])
+        advice_output.write_advice_page(advices, targets["--report"])
         lines.append(f"Report: {targets['--report']}")
     if as_json:
-        failed = [remedy_output.failed_advice_dict(failure) for failure in failures]
-        print_json([*(remedy_output.advice_dict(advice, written) for advice in advices), *failed])
+        failed = [advice_output.failed_advice_dict(failure) for failure in failures]
+        print_json([*(advice_output.advice_dict(advice, written) for advice in advices), *failed])
     else:
-        remedy_output.print_advice(advices, failures)
+        advice_output.print_advice(advices, failures)
     faults = [failure.fault for failure in failures if failure.fault is not None]
     if not advices:
         if faults:

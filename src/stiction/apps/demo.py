@@ -111,7 +111,6 @@ def verdict_is_correct(loop: "DemoLoop", found: "Diagnosis") -> bool:
 
 def _print_verdicts(plant: tuple["DemoLoop", ...], diagnoses: list["Diagnosis"]) -> None:
     from stiction.apps.output import print_out, print_table
-    from stiction.apps.verdict_output import format_S
     from stiction.report import labels
 
     print_out("")
@@ -124,12 +123,12 @@ def _print_verdicts(plant: tuple["DemoLoop", ...], diagnoses: list["Diagnosis"])
             labels.cause_label(found),
             labels.format_probability(found.probability),
             f"{loop.S:g}" if loop.cause == "stiction" else "",
-            format_S(found),
+            labels.S_text(found),
         ]
         for loop, found in zip(plant, diagnoses, strict=True)
     ]
     columns = ["", "Loop", "Truth", "Verdict", "Cause", "Probability", "S true [%]", "S found [%]"]
-    print_table(columns, rows, right=["Probability", "S true [%]"])
+    print_table(columns, rows)
 
 
 def _verdict_dict(loop: "DemoLoop", found: "Diagnosis") -> dict[str, Any]:

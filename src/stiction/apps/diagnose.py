@@ -44,8 +44,8 @@ def diagnose(
     as_json
         Print only a list with one JSON object per loop.
     explain
-        Explain each verdict step by step: data, loop state, oscillation, controller, valve, other explanations,
-        probability, causes, methods. Not with --json, which holds the same numbers.
+        Print all texts and numbers of the report for each loop: reasons, valve and process, oscillation, methods, data.
+        Not with --json, which holds the same numbers.
     prior
         Share of sticky valves among the loops that the records come from, between 0 and 1; 0.25 when not given.
     costs

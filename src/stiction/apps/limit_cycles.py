@@ -48,36 +48,40 @@ def limit_cycles(
         Print the list of cycles as JSON.
     """
     from stiction import predict_limit_cycles
-    from stiction.apps.limit_cycle_table import COLUMNS, FAMILIES, cycle_row
-    from stiction.apps.output import print_err, print_json, print_out, print_table
+    from stiction.apps.output import print_err, print_json, print_out
     from stiction.apps.output_files import check_report
     from stiction.apps.parse_loop import make_loop, merge_settings
+    from stiction.apps.print_blocks import print_blocks
     from stiction.apps.simulate import DEFAULTS
     from stiction.errors import ParameterError
     from stiction.limitcycle.predict import explain_no_cycle
+    from stiction.report.pages.limit_cycles import cycle_table, limit_cycle_blocks
 
     if over is not None and report is None:
         raise ParameterError(f"--over {over} is for the diagram of the report; add --report, or leave --over out.")
     target = None if report is None else check_report(report)
     settings = merge_settings(loop, {"process": process, "controller": controller, "valve": valve}, DEFAULTS)
     made = make_loop({**settings, "noise": 0.0})
-    found = predict_limit_cycles(made, exact=exact, sp=sp, disturbance=disturbance)
+    cycles = predict_limit_cycles(made, exact=exact, sp=sp, disturbance=disturbance)
     if target is not None:
-        from stiction.apps.limit_cycles_page import write_limit_cycles_page
+        from stiction.limitcycle.study import study_cycles
+        from stiction.report import write_page
 
-        texts = {name: str(settings[name]) for name in ("process", "controller", "valve")}
-        write_limit_cycles_page(made, found, target, texts, sp=sp, disturbance=disturbance, over=over or "gain")
+        over = over or "gain"
+        study = study_cycles(made, cycles, over, sp=sp, disturbance=disturbance)
+        parts = {name: str(settings[name]) for name in ("process", "controller", "valve")}
+        given = {**parts, "sp": f"{sp:g}", "disturbance": f"{disturbance:g}"}
+        blocks = limit_cycle_blocks(made, cycles, study, given, sp=sp, disturbance=disturbance, over=over)
+        write_page("Limit cycles", blocks, target, subtitle=", ".join(parts.values()))
     if as_json:
-        print_json([cycle.to_dict() for cycle in found])
-        if not found:
+        print_json([cycle.to_dict() for cycle in cycles])
+        if not cycles:
             print_err(explain_no_cycle(made))
     else:
-        if found:
-            print_table(COLUMNS, [cycle_row(cycle) for cycle in found], right=COLUMNS[3:9])
-            if any(cycle.family for cycle in found):
-                print_out(FAMILIES)
+        if cycles:
+            print_blocks([cycle_table(cycles)])
         else:
             print_out(explain_no_cycle(made))
         if target is not None:
             print_out(f"Report: {target}")
-    return int(any(cycle.kind == "cycle" and cycle.stable for cycle in found))
+    return int(any(cycle.kind == "cycle" and cycle.stable for cycle in cycles))

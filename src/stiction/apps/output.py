@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import re
 import sys
 import threading
 import time
@@ -18,6 +19,9 @@ __all__ = ["print_err", "print_json", "print_out", "print_table", "progress_call
 
 PROGRESS_DELAY_S = 1.0
 """Time before a progress bar appears [s]."""
+
+_NUMBER = re.compile(r"(?:[-+<>\u2212]?\d\S*(?: (?:%|s|min|h|d))?|-|\u2013|)")
+"""Text of a number with its unit, or of a missing one."""
 
 Item = TypeVar("Item")
 
@@ -40,10 +44,11 @@ def print_json(data: Any) -> None:
     _write(sys.stdout, json.dumps(to_json(data), indent=2, allow_nan=False))
 
 
-def print_table(columns: Sequence[str], rows: Iterable[Sequence[object]], *, right: Sequence[str] = ()) -> None:
+def print_table(columns: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
     """Print a table: fitted to the width of a terminal, in one line per row elsewhere, without colours.
 
-    On a terminal that is too narrow for the longest words, each row is printed as a list.
+    Columns of numbers stand to the right. On a terminal that is too narrow for the longest words, each row is printed
+    as a list.
 
     Parameters
     ----------
@@ -51,8 +56,6 @@ def print_table(columns: Sequence[str], rows: Iterable[Sequence[object]], *, rig
         Headings.
     rows : iterable
         One sequence of values per row.
-    right : sequence of str
-        Headings of the columns that hold numbers.
     """
     from rich.console import Console
     from rich.table import Table
@@ -62,7 +65,8 @@ def print_table(columns: Sequence[str], rows: Iterable[Sequence[object]], *, rig
     # Without a height, Rich uses 80 columns when TERM is dumb.
     console = Console(width=width, height=25, highlight=False)
     shown_rows = [[_plain(str(value)) for value in row] for row in rows]
-    widths = _widths([list(column) for column in zip(columns, *shown_rows, strict=True)], width)
+    texts = [list(column) for column in zip(columns, *shown_rows, strict=True)]
+    widths = _widths(texts, width)
     if widths is None:
         for row in shown_rows:
             _write(sys.stdout, "")
@@ -71,8 +75,9 @@ def print_table(columns: Sequence[str], rows: Iterable[Sequence[object]], *, rig
                     _write(sys.stdout, f"{name}: {text}" if name else text)
         return
     table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="bold")
-    for name, width in zip(columns, widths, strict=True):
-        table.add_column(Text(name), justify="right" if name in right else "left", width=width)
+    for (name, *cells), width in zip(texts, widths, strict=True):
+        are_numbers = any(cells) and all(_NUMBER.fullmatch(cell) for cell in cells)
+        table.add_column(Text(name), justify="right" if are_numbers else "left", width=width)
     for row in shown_rows:
         table.add_row(*map(Text, row))
     with console.capture() as shown:

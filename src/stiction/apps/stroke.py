@@ -61,9 +61,10 @@ def stroke(
     if target is not None or not (as_json or page):
         write_csv(record, target)
     if page is not None:
-        from stiction.apps.stroke_page import write_stroke_page
+        from stiction.report import write_page
+        from stiction.report.pages.stroke import stroke_blocks
 
-        write_stroke_page(record, page, valve=valve, op=op)
+        write_page("Valve stroke", stroke_blocks(record, valve=valve, op=op), page)
     if as_json:
         assert record.mv is not None
         print_json({"valve": valve, "dt_s": record.dt, "op": record.op, "mv": record.mv})

@@ -163,9 +163,12 @@ def analyse(
     changes = None if earlier is None else compare_tests(earlier, found)
     (print_err if as_json else print_out)(summarise(test.record for test in (found, earlier) if test).summary())
     if target is not None:
-        from stiction.apps.valve_test_page import write_valve_test_page
+        from stiction.report import write_page
+        from stiction.report.labels import format_duration
+        from stiction.report.pages.valve_test import valve_test_blocks
 
-        write_valve_test_page(found, target, changes)
+        subtitle = f"{found.kind.capitalize()}, {format_duration(found.record.duration)}"
+        write_page(found.record.tag, valve_test_blocks(found, changes), target, subtitle=subtitle)
     if as_json:
         print_json({
             **found.to_dict(), "comparison": None if changes is None else changes.to_dict(), "error": None,

@@ -108,7 +108,7 @@ def _conditioned(record: LoopRecord) -> Conditioned:
     gaps = missing_mask(fill_short_gaps(cut.op), None if cut.pv is None else fill_short_gaps(cut.pv))
     known = not missing.all()
     return Conditioned(
-        record, masks, first, last, part, missing, gaps, *values,
+        record, masks, first, last, part, missing, gaps, op_values=values[0], pv_values=values[1],
         op_swing=robust_range(part.op) if known else 0.0,
         pv_swing=robust_range(part.pv) if known and part.pv is not None else 0.0,
         op_step=quantisation_step(cut.op, values[0]),

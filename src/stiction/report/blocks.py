@@ -15,8 +15,11 @@ __all__ = [
     "Block",
     "Cell",
     "Collapsible",
+    "Definitions",
     "Figure",
     "Heading",
+    "Headline",
+    "Sheet",
     "SideBySide",
     "StatusIcon",
     "Table",
@@ -41,6 +44,30 @@ class Heading:
     def __post_init__(self) -> None:
         if self.level not in (2, 3, 4):
             raise ParameterError(f"Heading level {self.level} is not one of 2, 3, 4; level 1 is the page's title.")
+
+
+@dataclass(frozen=True, slots=True)
+class Headline:
+    """The finding on one loop, and what to do."""
+
+    name: str
+    """Name of the loop; on a page it is the title."""
+    verdict: str
+    """`stiction`, `no_stiction` or `undecided`."""
+    mark: StatusIcon
+    """Symbol before the line."""
+    line: str
+    """The finding, without a full stop."""
+    confidence: str
+    """How sure it is, or what it brings; without a full stop, may be empty."""
+    reason: str
+    """Why, in sentences."""
+    action: str = ""
+    """What to do; empty when nothing is to be done."""
+    facts: Sequence[tuple[str, str]] = ()
+    """Name and value of the main numbers."""
+    severity: TrustedHtml | None = None
+    """Scale of S."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,6 +100,8 @@ class Figure:
     """What the plot shows, as a sentence below it; screen readers read it."""
     height: int = 340
     """Height [px]."""
+    table: Table | None = None
+    """The numbers of the plot, folded below it; a terminal prints them in its place."""
 
     def __post_init__(self) -> None:
         if not self.title.strip() or not self.caption.strip():
@@ -125,6 +154,37 @@ class Table:
 
 
 @dataclass(frozen=True, slots=True)
+class Definitions:
+    """Names with their values."""
+
+    rows: Sequence[tuple[str, Sequence[str]]]
+    """Name, and its values, one line each; a name without a value is left out."""
+
+    @property
+    def given(self) -> list[tuple[str, list[str]]]:
+        """The rows that have values."""
+        rows = [(name, [value for value in values if value]) for name, values in self.rows]
+        return [(name, values) for name, values in rows if values]
+
+
+@dataclass(frozen=True, slots=True)
+class Sheet:
+    """A text to print on a page of its own."""
+
+    title: str
+    """What it is."""
+    text: str
+    """Markdown with headings, lists and paragraphs."""
+
+    @property
+    def lines(self) -> list[tuple[str, str]]:
+        """Kind (title, heading, item or text) and words of each line."""
+        kinds = (("## ", "heading"), ("# ", "title"), ("- ", "item"), ("", "text"))
+        pairs = [(line, *next(pair for pair in kinds if line.startswith(pair[0]))) for line in self.text.splitlines()]
+        return [(kind, line.removeprefix(sign)) for line, sign, kind in pairs if line]
+
+
+@dataclass(frozen=True, slots=True)
 class SideBySide:
     """Blocks side by side, one column each."""
 
@@ -148,4 +208,6 @@ class Collapsible:
     """Whether it starts open."""
 
 
-Block: TypeAlias = Heading | Text | TrustedHtml | Figure | Table | SideBySide | Collapsible
+Block: TypeAlias = (
+    Heading | Headline | Text | TrustedHtml | Figure | Table | Definitions | Sheet | SideBySide | Collapsible
+)

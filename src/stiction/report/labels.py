@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections import Counter
 from html import escape
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from stiction.diagnosis.identification.result import MAX_PLAY_RATIO
 from stiction.diagnosis.loop_state import HEADLINES
+from stiction.display.duration_format import format_duration, format_time, time_unit
 from stiction.display.number_format import count_noun, format_interval, format_number, format_probability
 
 if TYPE_CHECKING:
@@ -24,6 +24,7 @@ __all__ = [
     "CAUSES",
     "VERDICTS",
     "VERDICT_ICONS",
+    "S_text",
     "cause_label",
     "cause_title",
     "citation",
@@ -34,6 +35,7 @@ __all__ = [
     "format_number",
     "format_probability",
     "format_setting",
+    "format_time",
     "has_unknown_J",
     "headline",
     "method_label",
@@ -75,28 +77,6 @@ def unique_loop_names(records: Sequence[LoopRecord]) -> list[str]:
     """
     counts = Counter(record.tag for record in records)
     return [f"{r.tag} ({r.provenance.source})" if counts[r.tag] > 1 and r.provenance.source else r.tag for r in records]
-
-
-def format_duration(seconds: float) -> str:
-    r"""Return a duration in the unit a person would use.
-
-    Examples
-    --------
-    >>> format_duration(95.0), format_duration(600.0), format_duration(86400.0), format_duration(float("nan"))
-    ('95\xa0s', '10\xa0min', '24\xa0h', '–')
-    """
-    if not math.isfinite(seconds):
-        return "–"
-    name, size = time_unit(seconds)
-    return format_number(seconds / size, name)
-
-
-def time_unit(seconds: float) -> tuple[str, float]:
-    """Return name and length [s] of the unit for a duration: s, min, h or d."""
-    for name, size, least in (("d", 86400.0, 3 * 86400.0), ("h", 3600.0, 7200.0), ("min", 60.0, 120.0)):
-        if seconds >= least:
-            return name, size
-    return "s", 1.0
 
 
 def format_setting(value: object) -> str:
@@ -158,6 +138,16 @@ def stiction_size(found: Identification, record: LoopRecord) -> str:
     if has_unknown_J(found):
         jump = f"unknown ({J_low} to {J_high}\u00a0{unit})"
     return f"S\u00a0=\u00a0{S}\u00a0{record.op_unit} (95\u00a0%: {S_low} to {S_high}), J\u00a0{jump}"
+
+
+def S_text(diagnosis: Diagnosis) -> str:
+    """Return S with its interval, and its unit if that is not % of span; empty without an S or with a good valve."""
+    found = diagnosis.identification
+    if found is None or diagnosis.verdict == "no_stiction":
+        return ""
+    S, low, high = format_interval(found.S, found.S_low, found.S_high)
+    unit = "" if diagnosis.record.op_in_percent else f"\u00a0{diagnosis.record.op_unit_short}"
+    return f"{S} ({low}\u00a0to\u00a0{high}){unit}"
 
 
 def headline(diagnosis: Diagnosis) -> str:

@@ -54,7 +54,7 @@ class LoopView:
     def time_title(self) -> str:
         """Title of the time axis."""
         start = self.diagnosis.record.start
-        return f"Time{f' since {start:%Y-%m-%d %H:%M}' if start else ''} [{self.unit[0]}]"
+        return f"Time{f' since {labels.format_time(start)}' if start else ''} [{self.unit[0]}]"
 
     @property
     def pv_unit(self) -> str:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from functools import cache
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
+from stiction.display.number_format import format_number
 from stiction.report.blocks import Cell, TrustedHtml
 from stiction.report.plot_json import to_json
 
@@ -56,13 +56,9 @@ def format_cell(value: str | float | None) -> str:
     >>> format_cell(3.14159), format_cell(1234567.0), format_cell(float("nan")), format_cell(0.00004)
     ('3.142', '1234567', '–', '4e-05')
     """
-    if value is None:
-        return "–"
     if isinstance(value, str):
         return value
-    if not math.isfinite(value):
-        return "–"
-    return f"{value:.0f}" if abs(value) >= 1000 else f"{value:.4g}"
+    return "–" if value is None else format_number(value, significant=4)
 
 
 def _cell(value: Any) -> Cell:

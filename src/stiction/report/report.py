@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 from stiction.errors import ParameterError
 from stiction.report import labels
 from stiction.report.blocks import Block, Collapsible, Heading
-from stiction.report.loop_page import loop_blocks
-from stiction.report.overview import loop_anchor, overview, sort_worst_first
 from stiction.report.page import write_page
+from stiction.report.pages.loop import loop_blocks
+from stiction.report.pages.overview import loop_anchor, overview, sort_worst_first
 
 if TYPE_CHECKING:
     import os
@@ -94,7 +94,7 @@ def _one(diagnosis: Diagnosis, path: str | os.PathLike[str], title: str | None, 
     record, duration = diagnosis.record, labels.format_duration(diagnosis.record.duration)
     kind = f"{record.loop_type.capitalize()} loop" if record.loop_type != "other" else "Control loop"
     source = PurePath(record.provenance.source).name or "memory"
-    when = f"{record.start:%Y-%m-%d %H:%M}, {duration}" if record.start else duration
+    when = f"{labels.format_time(record.start)}, {duration}" if record.start else duration
     return write_page(
         title or record.tag, loop_blocks(diagnosis, settings), path, subtitle=" · ".join((kind, source, when))
     )

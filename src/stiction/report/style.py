@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+from stiction.report.downsample import downsample
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 __all__ = [
     "ALERT",
@@ -16,8 +22,12 @@ __all__ = [
     "SP",
     "TEMPLATE",
     "TEXT_COLOR",
+    "axis",
     "colorbar",
     "line_style",
+    "markers",
+    "plot",
+    "thin_trace",
     "trace",
     "vertical_line",
 ]
@@ -58,6 +68,28 @@ def trace(x: Any, y: Any, name: str, style: dict[str, Any]) -> dict[str, Any]:
     'lines'
     """
     return {"type": "scatter", "mode": "lines", "x": x, "y": y, "name": name, "line": style}
+
+
+def thin_trace(x: NDArray[np.float64], y: NDArray[np.float64], name: str, style: dict[str, Any]) -> dict[str, Any]:
+    """Return one series over another as a line, downsampled."""
+    keep = downsample(y)
+    return trace(x[keep], y[keep], name, style)
+
+
+def markers(x: Any, y: Any, name: str, symbol: str, color: str = ALERT, size: int = 7) -> dict[str, Any]:
+    """Return one series over another as markers."""
+    marker = {"symbol": symbol, "size": size, "color": color}
+    return {"type": "scatter", "mode": "markers", "x": x, "y": y, "name": name, "marker": marker}
+
+
+def axis(title: str, **more: Any) -> dict[str, Any]:
+    """Return an axis with a title."""
+    return {"title": {"text": title}, **more}
+
+
+def plot(data: list[dict[str, Any]], x: str, y: str, **layout: Any) -> dict[str, Any]:
+    """Return a plot of series over one pair of axes with these titles; other parts of the layout by their name."""
+    return {"data": data, "layout": {"xaxis": axis(x), "yaxis": axis(y), **layout}}
 
 
 def vertical_line(x: float) -> dict[str, Any]:

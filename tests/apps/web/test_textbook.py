@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 
 import stiction as st
-from stiction.apps.paper_text import PARTS
-from stiction.apps.web.packed import pack
-from stiction.apps.web.textbook import compute_paper_part, draw_nyquist, drive_by_sine, simulate_jump, simulate_ramps
+from stiction.apps.web.textbook import draw_nyquist, drive_by_sine, simulate_jump, simulate_ramps
 from stiction.apps.web.textbook_quantities import TEXTBOOK_QUANTITIES, TextbookSettings
 from stiction.errors import ParameterError
 from stiction.limitcycle import predict_limit_cycles
@@ -98,27 +96,6 @@ def test_a_pulse_as_in_figure_8_moves_the_loop_and_a_small_one_does_not() -> Non
     assert moved["pulse"] == [200.0, 205.0]
     # The smallest pulse of this length that moves the loop, at the best instant, is 0.135 % (figure 8).
     assert "does not move the loop" in simulate_jump(TextbookSettings(pulse=0.1, length=5.0))["sentence"]
-
-
-@pytest.mark.parametrize("part", list(PARTS))
-def test_each_part_of_the_paper_can_be_sent(part: str) -> None:
-    blocks = compute_paper_part(part)
-    assert blocks[0]["type"] == "heading"
-    assert len(pack({"blocks": blocks})) > 1000
-    for block in blocks:
-        for figure in block.get("blocks", [block]):
-            if figure["type"] == "figure":
-                assert figure["title"]
-                assert figure["caption"]
-                assert all(
-                    series["x"].size == series["y"].size for panel in figure["panels"] for series in panel["series"]
-                )
-
-
-def test_panels_keep_their_order_from_the_top_down() -> None:
-    [figure] = [block for block in compute_paper_part("figure8") if block["type"] == "figure"]
-    assert [panel["label"] for panel in figure["panels"]] == ["PV, SP", "OP [% of span]", "Stem [% of span]"]
-    assert figure["shaded"] == [pytest.approx([200.0 / 60.0, 205.0 / 60.0])]
 
 
 @pytest.mark.parametrize("name", list(TEXTBOOK_QUANTITIES))

@@ -157,19 +157,6 @@ def test_the_textbook_answers_to_sliders_and_drag(page: Any) -> None:
     expect(page).to_have_url(re.compile(r"jump\.pulse=0\.1"))
 
 
-def test_the_figures_of_the_paper_are_drawn_when_they_are_opened(page: Any) -> None:
-    open_screen(page, "textbook")
-    part = page.locator("details[data-part=figure7]")
-    part.locator("summary").click()
-    expect(part.locator("figure")).to_have_count(2, timeout=WAIT_MS)
-    expect(part.locator("h4").first).to_have_text("Fig. 7, as printed")
-    drawn = part.locator("canvas").first.evaluate(
-        "(one) => one.getContext('2d').getImageData(0, 0, one.width, one.height).data.some((value) => value > 0)"
-    )
-    assert drawn
-    assert serious_faults(page) == []
-
-
 @pytest.mark.parametrize("screen", ["whatif", "textbook"])
 @pytest.mark.parametrize("width", [390, 1280, 3840])
 def test_no_screen_is_wider_than_the_window_or_hard_to_use(page: Any, screen: str, width: int) -> None:

@@ -52,9 +52,11 @@ def try_remedies(record_path: str, folder: str) -> bytes:
 
 def _remedies(trial: CompensationTrial) -> dict[str, Any]:
     """The trials as rows of a table; numbers are relative to doing nothing."""
-    from stiction.apps.remedy_output import format_change, headline, remedy_note, retuning_text, settings_text
     from stiction.compensation.remedies import NO_ACTION
     from stiction.report.labels import format_number
+    from stiction.report.pages.trial import _change as format_change
+    from stiction.report.pages.trial import remedy_note, retuning_text, settings_text
+    from stiction.report.pages.trial import trial_line as headline
 
     rows = []
     if trial.remedies:

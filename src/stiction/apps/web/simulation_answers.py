@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-__all__ = ["QUICK_KINDS", "SLOW_KINDS", "answer", "answer_paper_part", "answer_start", "warm_simulations"]
+__all__ = ["QUICK_KINDS", "SLOW_KINDS", "answer", "answer_start", "warm_simulations"]
 
 QUICK_KINDS = ("trend", "ramp", "sine", "jump")
 """Questions that are answered within some milliseconds."""
@@ -63,14 +63,6 @@ def answer(kind: str, request_id: int, values: Mapping[str, Any], width: int) ->
         else:
             body = textbook.draw_nyquist(settings)
     return pack({"kind": kind, "id": request_id, **body})
-
-
-def answer_paper_part(part: str) -> bytes:
-    """Compute one part of the paper, a name of `paper_text.PARTS`."""
-    from stiction.apps.web.packed import pack
-    from stiction.apps.web.textbook import compute_paper_part
-
-    return pack({"blocks": compute_paper_part(part)})
 
 
 def answer_start(record_path: str) -> bytes:

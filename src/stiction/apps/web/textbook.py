@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from stiction.apps.web.textbook_quantities import TextbookSettings
     from stiction.models import Loop
 
-__all__ = ["compute_paper_part", "draw_nyquist", "drive_by_sine", "simulate_jump", "simulate_ramps"]
+__all__ = ["draw_nyquist", "drive_by_sine", "simulate_jump", "simulate_ramps"]
 
 RAMP_SAMPLES = 800
 """Samples of the rising part of the ramp, and of the falling part [-]."""
@@ -124,17 +124,15 @@ def draw_nyquist(settings: TextbookSettings) -> dict[str, Any]:
     dict
         `figure`, and `sentence` that says which limit cycles there are.
     """
-    from stiction.apps.limit_cycle_figures import nyquist_plot
-    from stiction.apps.limit_cycle_table import COLUMNS, cycle_row
     from stiction.limitcycle import predict_limit_cycles
-    from stiction.report import Table
+    from stiction.report.figures.limit_cycles import nyquist_plot
+    from stiction.report.pages.limit_cycles import cycle_table
 
     loop = _example_loop(settings)
     cycles = predict_limit_cycles(loop)
-    table = Table(COLUMNS, [cycle_row(cycle) for cycle in cycles])
     return {
-        "figure": figure_to_plain(nyquist_plot(loop, cycles, sp=0.0, disturbance=0.0)),
-        "table": block_to_plain(table),
+        "figure": figure_to_plain(nyquist_plot(loop, cycles)),
+        "table": block_to_plain(cycle_table(cycles)),
         "sentence": describe_crossings(loop, cycles),
     }
 
@@ -175,25 +173,6 @@ def simulate_jump(settings: TextbookSettings, width: int = 1200) -> dict[str, An
         "pulse": [JUMP_BEGIN, end],
         "sentence": describe_jump(settings, swings, levels),
     }
-
-
-def compute_paper_part(part: str) -> list[dict[str, Any]]:
-    """Compute one part of the paper, printed and repaired; takes up to 6 s, so that it runs in another process.
-
-    Parameters
-    ----------
-    part : str
-        A name of `paper_text.PARTS`.
-
-    Returns
-    -------
-    list of dict
-        Headings, texts, figures and tables, see `figure_blocks`.
-    """
-    from stiction import paper
-    from stiction.apps.paper_page import part_blocks
-
-    return [block_to_plain(block) for block in part_blocks(part, getattr(paper, part)())]
 
 
 def _example_loop(settings: TextbookSettings) -> Loop:

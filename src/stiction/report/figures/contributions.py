@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.report import labels
-from stiction.report.blocks import Figure
+from stiction.report.blocks import Figure, Table
 from stiction.report.figures.bars import horizontal_bars
 
 if TYPE_CHECKING:
@@ -36,8 +36,9 @@ def contributions(view: LoopView) -> Figure | None:
         f"{labels.format_probability(view.diagnosis.probability)}."
     )
     if others := len(view.diagnosis.contributions) - len(plotted):
-        caption += f" {labels.count_noun(others, 'feature')} without a contribution: see the values below."
-    return Figure(plot, "What each feature contributes", caption, height=90 + 36 * len(plotted))
+        caption += f" {labels.count_noun(others, 'feature')} without a contribution: see the numbers below."
+    table = Table(["Feature", "Formula", "Value", "Log odds"], feature_table(view.diagnosis))
+    return Figure(plot, "What each feature contributes", caption, 90 + 36 * len(plotted), table)
 
 
 def feature_table(diagnosis: Diagnosis) -> list[list[str]]:

@@ -10,7 +10,7 @@ import numpy as np
 from stiction.diagnosis.verdict.causes import STICKY_TOO
 from stiction.diagnosis.verdict.features import log_evidence
 from stiction.report import labels
-from stiction.report.blocks import Figure
+from stiction.report.blocks import Figure, Table
 from stiction.report.figures.bars import horizontal_bars
 
 if TYPE_CHECKING:
@@ -51,7 +51,9 @@ def likelihood_ratios(view: LoopView) -> Figure | None:
         "alternative; "
         "those apart are not counted among the other explanations. The axis is linear up to 20 and logarithmic beyond."
     )
-    return Figure(plot, "Sticky valve against other explanations", caption, height=90 + 36 * len(ratios))
+    rows = [[name, number] for (name, _), number in zip(ratios, text, strict=True)]
+    table = Table(["Other explanation", RATIO_LABEL], rows)
+    return Figure(plot, "Sticky valve against other explanations", caption, 90 + 36 * len(ratios), table)
 
 
 def finite_likelihood_ratios(found: Identification) -> list[tuple[str, float]]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from stiction.diagnosis.verdict.causes import CAUSES
 from stiction.report import labels, style
-from stiction.report.blocks import Figure
+from stiction.report.blocks import Figure, Table
 from stiction.report.figures.bars import horizontal_bars
 
 if TYPE_CHECKING:
@@ -23,7 +23,8 @@ def oscillation_causes(view: LoopView) -> Figure | None:
         return None
     scores = np.array([getattr(view.diagnosis.oscillation_cause, name) for name in CAUSES])
     names = [labels.CAUSES[name] for name in CAUSES]
-    plot = horizontal_bars(names, scores, [f"{score:.2f}" for score in scores], "Score [-]")
+    text = [f"{score:.2f}" for score in scores]
+    plot = horizontal_bars(names, scores, text, "Score [-]")
     plot["layout"]["xaxis"] |= {"range": [0.0, 1.12], "dtick": 0.25}
     plot["layout"]["shapes"] = [style.vertical_line(0.5)]
     main = labels.cause_label(view.diagnosis)
@@ -32,4 +33,5 @@ def oscillation_causes(view: LoopView) -> Figure | None:
         f"Each cause has its own score from 0 to 1; the scores do not sum to 1. From 0.5 on (dotted line) a cause "
         f"counts: {result}."
     )
-    return Figure(plot, "Causes of the oscillation", caption, height=240)
+    table = Table(["Cause", "Score [-]"], list(zip(names, text, strict=True)))
+    return Figure(plot, "Causes of the oscillation", caption, 240, table)

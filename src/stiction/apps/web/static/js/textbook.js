@@ -1,9 +1,8 @@
-// Textbook: what sticky valves do, why loops cycle, and the paper printed and repaired.
+// Textbook: what sticky valves do, and why loops cycle.
 
 import { getJson } from "./api.js";
 import { choice, slider } from "./controls.js";
 import { h, problem, scrollBox } from "./dom.js";
-import { drawPaper } from "./paper_parts.js";
 import { drawBlock } from "./report_blocks.js";
 import { Simulation } from "./simulation.js";
 import { xyPlot } from "./xyplot.js";
@@ -59,17 +58,16 @@ export async function render(root, { query, signal }) {
   };
   root.append(
     h("h1", {}, "Textbook: sticky valves and the oscillations that they cause"),
-    h("p", {}, `After “${options.paper.title}”, ${options.paper.source}. Every curve is computed at this moment.`),
+    h("p", {}, `After “${options.paper.title}”, ${options.paper.source}. Every curve is computed as you move the sliders; stiction paper shows the tables and figures of the paper.`),
     trouble,
   );
   const sections = [rampSection(context), loopSection(context), jumpSection(context)];
-  const paper = drawPaper(options, signal);
-  root.append(...sections.map((one) => one.element), paper.element);
+  root.append(...sections.map((one) => one.element));
   for (const one of sections) one.start();
   return () => {
     clearTimeout(delay);
     simulation.close();
-    for (const one of [...sections, paper]) one.destroy();
+    for (const one of sections) one.destroy();
   };
 }
 

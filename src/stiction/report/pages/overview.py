@@ -50,7 +50,7 @@ def overview(diagnoses: Sequence[Diagnosis], failures: Sequence[tuple[str, str]]
     return Table(
         ["Loop", "Verdict", "Probability", S, "Period", OP, "Data", "Trend of PV", "What to do"],
         rows,
-        "Worst first, S with its 95 % interval. A click on a heading sorts; a click on a loop opens it.",
+        "Worst first, S with its 95 % interval.",
         sortable=True,
     )
 
@@ -60,9 +60,8 @@ def _row(k: int, name: str, diagnosis: Diagnosis) -> list[Cell]:
     percent = record.op_in_percent
     unit = "" if percent else f"\u00a0{record.op_unit_short}"
     size = EMPTY_CELL
-    if found is not None and diagnosis.verdict != "no_stiction":
-        S, low, high = labels.format_interval(found.S, found.S_low, found.S_high)
-        size = Cell(f"{S} ({low}\u00a0to\u00a0{high}){unit}", sort=_finite(found.S) if percent else "")
+    if found is not None and (text := labels.S_text(diagnosis)):
+        size = Cell(text, sort=_finite(found.S) if percent else "")
     verdict = labels.VERDICTS[diagnosis.verdict]
     if not diagnosis.loop_state.in_control:
         verdict = f"{verdict}: {HEADLINES[diagnosis.loop_state.state]}"
