@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from stiction.diagnosis.detection import detect_all
@@ -13,17 +14,10 @@ from stiction.diagnosis.verdict.decision import Costs, decide
 from stiction.diagnosis.verdict.diagnosis import Diagnosis
 from stiction.diagnosis.verdict.features import FeatureInput, compute_features
 from stiction.diagnosis.verdict.model import stiction_model
-<<<<<<< HEAD
+from stiction.diagnosis.verdict.readings import compare_readings
 from stiction.errors import require_probability
 from stiction.records.quality.movement import spike_share
-=======
-from stiction.diagnosis.verdict.readings import compare_readings
-from stiction.errors import RecordError, require_probability
-from stiction.records.assess import assess_quality
-from stiction.records.conditioned import Conditioned, condition
-from stiction.records.quantiles import robust_std
-from stiction.records.record import missing_pv_hint, require_record
->>>>>>> main
+from stiction.records.record import require_record
 
 if TYPE_CHECKING:
     from stiction.records.record import LoopRecord
@@ -67,8 +61,11 @@ def diagnose(record: LoopRecord, *, prior: float = 0.25, costs: Costs | None = N
     >>> st.diagnose(st.simulate(loop, sp=10.0, duration=2000.0, loop_type="flow")).verdict
     'stiction'
     """
-<<<<<<< HEAD
+    require_record(record)
     require_probability("prior", prior)
+    if record.other_readings:
+        readings = (replace(record, other_readings=()), *record.other_readings)
+        return compare_readings([diagnose(one, prior=prior, costs=costs) for one in readings])
     segment, costs = judge_segment(record), costs or Costs()
     if not segment.loop_state.in_control:
         return Diagnosis(segment, "undecided", prior, prior=prior, costs=costs)
@@ -79,28 +76,6 @@ def diagnose(record: LoopRecord, *, prior: float = 0.25, costs: Costs | None = N
             fitted.by_pv, fitted.controller, segment.oscillation, segment.signals.op_swing, segment.pv_step_share,
             position_gain,
         )
-=======
-    _check(record, prior)
-    costs = costs or Costs()
-    if record.other_readings:
-        readings = (replace(record, other_readings=()), *record.other_readings)
-        return compare_readings([diagnose(one, prior=prior, costs=costs) for one in readings])
-    conditioned = condition(record)
-    state = assess_loop_state(conditioned)
-    judged = conditioned.without(_left_out(state)) if state.in_control else conditioned
-    oscillation = find_oscillation(judged.part)
-    quality = assess_quality(judged, oscillation.period if oscillation.oscillating else None)
-    if state.in_control and not (quality.usable and judged.moves):
-        state = _bad_data(state, quality)
-    if not state.in_control:
-        return _undecided(conditioned.record, state, oscillation, quality, prior, costs)
-    controller = _fit_controller(judged, quality)
-    valve = _identify(judged, oscillation, controller)
-    position = _position(judged)
-    found = FeatureInput(
-        valve, controller, oscillation, judged.op_swing, _ratio(judged.pv_step, judged.pv_swing),
-        np.nan if position is None else position.likelihood_ratio,
->>>>>>> main
     )  # fmt: skip
     model = stiction_model()
     probability = model.probability(features, prior)
