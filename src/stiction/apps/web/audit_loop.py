@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stiction.apps.web.audit_files import load_audit, tag_of_loop
-from stiction.apps.web.diagnose_loop import OPTIONS_FILE, loop_content
+from stiction.apps.web.diagnose_loop import OPTIONS_FILE, loop_content, write_content
 from stiction.errors import StictionError
 
 if TYPE_CHECKING:
@@ -34,8 +34,6 @@ def prepare_audit_loop(folder: str, key: int, target: str) -> None:
     target : str
         Folder for `content.json` and `signals.npz`.
     """
-    from stiction.records.atomic_write import write_atomically
-
     audit = load_audit(folder)
     tag = tag_of_loop(folder, key)
     row = audit.row(tag)
@@ -45,13 +43,13 @@ def prepare_audit_loop(folder: str, key: int, target: str) -> None:
         record = audit.read(tag)
     except (StictionError, OSError) as error:
         reason = error.text(where=error.file_name) if isinstance(error, StictionError) else error.strerror
-        content = _content_of_row(row) | {"pvop": None}
+        content = _content_of_row(row)
         _write_means(audit, tag, place, f"because {row['source']} cannot be read: {reason}")
     else:
         note = "raw samples of the source" + _change_note(audit, tag, row, record)
         content = _diagnose(audit, row, record)
         _write_signals(record, content.pop("arrays"), place, note)
-    write_atomically(json.dumps(content, allow_nan=False), place / "content.json")
+    write_content(content, place)
 
 
 def write_audit_record(folder: str, key: int, path: str) -> None:
@@ -82,16 +80,14 @@ def _diagnose(audit: Audit, row: dict[str, Any], record: LoopRecord) -> dict[str
     from stiction.report.loop_view import LoopView
 
     if record.pv is None:
-        return _content_of_row(row) | {"pvop": None, "arrays": {}}
+        return _content_of_row(row) | {"arrays": {}}
     main = main_oscillation([LoopOscillation(**one) for one in row["oscillations"]])
     shorter = reduce_record(record, main.period if main is not None else float("nan"))
     diagnosis = diagnose(shorter, **audit.diagnosis_options)
     content = loop_content(diagnosis)
     if row["status"] == "diagnosed" and diagnosis.verdict != row["verdict"]:
-        content |= {
-            name: _content_of_row(row)[name] for name in ("verdict", "verdict_label", "headline", "reason", "action")
-        }
-        content["confidence"] = (
+        content |= {name: _content_of_row(row)[name] for name in ("verdict", "headline")}
+        content["headline"]["confidence"] = (
             "The source now gives another verdict than at the time of the audit; run the audit again"
         )
     view = LoopView(diagnosis)
@@ -102,31 +98,31 @@ def _diagnose(audit: Audit, row: dict[str, Any], record: LoopRecord) -> dict[str
 
 def _content_of_row(row: dict[str, Any]) -> dict[str, Any]:
     """What the page shows when there is only the row of the audit."""
+    from stiction.apps.web.plain_blocks import blocks_to_plain
     from stiction.diagnosis.loop_state import HEADLINES
     from stiction.report import labels
+    from stiction.report.blocks import Definitions, Headline
 
-    verdict, state = row["verdict"], row["loop_state"] or "in_control"
-    p = row["probability"]
-    size = ""
-    if verdict == "stiction" and row["S"] is not None:
-        size = f": S = {labels.format_number(row['S'])} % of span, J = {labels.format_number(row['J'])} %"
-    title = {"stiction": "Valve stiction", "no_stiction": "No valve stiction found"}.get(
-        verdict, "Cannot tell whether the valve sticks"
-    )
+    verdict, state, p = row["verdict"], row["loop_state"] or "in_control", row["probability"]
+    line = labels.VERDICT_LINES[verdict]
     if state != "in_control":
-        title = f"{HEADLINES[state]}: cannot tell whether the valve sticks"
-    facts = [["Status", str(row["status"])]]
+        line = f"{HEADLINES[state]}: {line[0].lower()}{line[1:]}"
+    elif verdict == "stiction" and row["S"] is not None:
+        line += f": S = {labels.format_number(row['S'])} % of span, J = {labels.format_number(row['J'])} %"
+    facts = [("Status", str(row["status"]))]
     if row["period_s"] is not None:
-        facts.append(["Period", labels.format_duration(row["period_s"])])
+        facts.append(("Period", labels.format_duration(row["period_s"])))
+    sure = "" if p is None else f"Probability of stiction {labels.format_probability(p)}"
+    times = [(name, [labels.format_time(row[key])]) for name, key in (("From", "start"), ("To", "end"))]
+    warnings = ("Data warnings", list(row["data_warnings"]))
+    blocks = [
+        Headline(row["tag"], verdict, labels.VERDICT_ICONS[verdict], line, sure, row["reason"], row["action"], facts),
+        Definitions([("Source", [row["source"]]), *times, warnings]),
+    ]
+    [headline, origin] = blocks_to_plain(blocks)
     return {
-        "diagnosis": None, "tag": row["tag"], "verdict": verdict, "verdict_label": labels.VERDICTS[verdict],
-        "headline": title + size, "reason": row["reason"], "action": row["action"],
-        "confidence": "" if p is None else f"Probability of stiction {labels.format_probability(p)}",
-        "state": {"name": state, "title": HEADLINES[state], "why": "", "action": "", "stretches": []},
-        "facts": facts, "identified": [], "contributions": [], "contributions_sentence": "", "evidence": [],
-        "checks": [{"name": name, "severity": "warn", "why": "see the report"} for name in row["data_warnings"]],
-        "origin": [["Source", row["source"]], ["From", str(row["start"] or "")], ["To", str(row["end"] or "")]],
-        "units": {"pv": row["pv_unit"] or "engineering units", "op": "% of span"},
+        "diagnosis": None, "tag": row["tag"], "verdict": verdict, "headline": headline, "trends": [],
+        "sections": [{"title": "Origin", "blocks": [origin]}], "stretches": [],
     }  # fmt: skip
 
 
