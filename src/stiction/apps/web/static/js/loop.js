@@ -7,6 +7,8 @@ import { drawBlock } from "./report_blocks.js";
 import { trendPlots } from "./trend_plots.js";
 
 export const title = "Loop";
+/** Sections that are printed; the others are in the report. */
+const PRINTED = ["Trends", "Why this verdict", "Valve and process"];
 
 export async function render(root, { parts: [set, key], signal }) {
   const path = `/api/sets/${encodeURIComponent(set)}/loops/${encodeURIComponent(key)}`;
@@ -39,7 +41,7 @@ export async function render(root, { parts: [set, key], signal }) {
 }
 
 function card(name, ...content) {
-  return h("section", { class: "card", "aria-label": name }, h("h2", {}, name), content);
+  return h("section", { class: PRINTED.includes(name) ? "card" : "card not-printed", "aria-label": name }, h("h2", {}, name), content);
 }
 
 /** A button that does some work and shows what comes of it below. */
