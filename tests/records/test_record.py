@@ -77,7 +77,7 @@ def test_a_cut_takes_its_part_of_what_was_made_up():
 def test_records_that_differ_in_one_field_differ(name):
     other = {
         "tag": "FIC-2", "dt": 2.6, "loop_type": "level", "integrating": True, "start": NOON + timedelta(seconds=1),
-        "provenance": Provenance("a.csv"), "auto": np.zeros(N, dtype=bool),
+        "provenance": Provenance("a.csv"), "auto": np.zeros(N, dtype=bool), "other_readings": (loop(),),
     }  # fmt: skip
     changed = other[name] if name in other else np.append(getattr(loop(), name)[1:], 7.0)
     assert replace(loop(), **{name: changed}) != loop()

@@ -10,7 +10,7 @@ import polars as pl
 import pytest
 
 from stiction.sources.values.bad_values import find_bad_values, find_common_states, find_sentinels
-from stiction.sources.values.status_codes import automatic_mask, bad_codes, bad_flag_mask, bad_status_mask
+from stiction.sources.values.status_codes import automatic_mask
 
 N = 600
 T = np.arange(N)
@@ -112,65 +112,16 @@ def test_a_signal_of_nothing_but_a_sentinel():
 def test_texts_flags_and_numbers_count_once_each():
     signals = with_code(-9999, rows=[5, 6])
     signals["pv"][10:13] = np.nan
-    quality = pl.Series(np.where(np.isin(T, [6, 20]), "Bad", "Good"))
-    of_op = pl.Series(np.where(T == 30, 0, 100))
     found = find_bad_values(
         signals,
         texts={"pv": Counter({"Bad Input": 2, "": 1})},
-        flags={
-            "quality": ("Quality", quality),
-            "op quality": ("FIC1.OP Confidence", of_op),
-            "bad": ("BAD", pl.Series(T == 7)),
-        },
+        flags={"quality": np.isin(T, [6, 20]), "op quality": T == 30, "bad": T == 7},
         labels={"op": "FIC1.OP"},
     )
     assert found.counts == {"Bad Input": 2, "bad quality": 3 * 3 + 1, "number -9999": 3}
     assert np.flatnonzero(found.masks["op"]).tolist() == [5, 6, 7, 20, 30]
     assert "Missing: 1 value of FIC1.OP, flagged as bad." in found.notes
     assert "Missing: 2 rows, flagged as bad." in found.notes
-
-
-@pytest.mark.parametrize(
-    ("name", "good", "bad"),
-    [
-        ("Quality", "192", ("0", "24", "64")),
-        ("Quality", "216", ("8",)),
-        ("Quality", "0", ("2150694912", "1083179008")),  # OPC UA: bad, uncertain
-        ("Quality", "0", ("0x80310000",)),
-        ("Quality", "0xC0", ("0x18",)),
-        ("QualityCode", "128", ("64", "76")),  # WinCC
-        ("QualityCode", "16#80", ("16#28",)),
-        ("QualityDetail", "192", ("24", "252")[:1]),  # Wonderware
-        ("Quality", "0", ("1", "16")),
-        ("Confidence", "100", ("0", "20")),  # PHD
-        ("Confidence", "1", ("0",)),
-        ("Confidence", "99.5", ("0.0", "-1")),
-        ("IP_TREND_QSTATUS", "Good", ("Bad", "Suspect", "No Status")),
-        ("Status", "Good, Raw", ("Bad, No Data", "Uncertain")),
-        ("Good", "True", ("False",)),
-        ("Status", "OK", ("I/O Timeout",)),
-    ],
-)
-def test_codes_of_vendors(name, good, bad):
-    counts = Counter({good.upper(): 95} | {code.upper(): 1 for code in bad})
-    assert bad_codes(counts, f"FIC1.PV {name}")[0] == {code.upper() for code in bad}
-
-
-def test_information_bits_of_opc_ua_are_good():
-    assert bad_codes(Counter({"0": 50, "1024": 45, "2147483648": 5}))[0] == {"2147483648"}
-
-
-@pytest.mark.parametrize("codes", [["RUN", "STOP"], ["1"] * 2 + ["2"], ["OK", "RUNNING", "RUNNING"]])
-def test_a_status_of_the_plant_is_no_quality(codes):
-    mask, note = bad_status_mask(pl.Series(codes * 30))
-    assert not mask.any()
-    assert "is not known as good or bad" in note
-
-
-def test_flags_of_any_type():
-    assert bad_flag_mask(pl.Series([True, False, None])).tolist() == [True, False, False]
-    assert bad_flag_mask(pl.Series([1.0, 0.0, 2.0])).tolist() == [True, False, True]
-    assert bad_status_mask(pl.Series([192.0] * 20 + [0.0, None]))[0].sum() == 1
 
 
 @pytest.mark.parametrize(

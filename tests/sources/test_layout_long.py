@@ -128,14 +128,14 @@ def test_quality_unit_and_description_stand_with_the_tag():
         rows += [("FIC.OP", stamp(k), OP[k], "Good", "%", "Feed valve")]
     columns = columns_of(write("Tag,Time,Value,Quality,Units,Description", rows))
     assert [(c.unit, c.description) for c in columns.values()] == [("t/h", "Feed flow"), ("%", "Feed valve")]
-    assert [k for k, cell in enumerate(columns["FIC.PV"].quality()) if cell != "Good"] == [7]
-    assert set(columns["FIC.OP"].quality()) == {"Good"}
+    assert [k for k, cell in enumerate(columns["FIC.PV"].flags.popitem()[1]()) if cell != "Good"] == [7]
+    assert set(columns["FIC.OP"].flags.popitem()[1]()) == {"Good"}
 
 
 @pytest.mark.parametrize("heading", ["Status", "Confidence", "OPC Quality"])
 def test_other_headings_of_quality(heading):
     rows = [(f"FIC.{word}", stamp(k), PV[k], 100) for k in range(N) for word in ("PV", "OP")]
-    assert columns_of(write(f"Tag,Time,Value,{heading}", rows))["FIC.PV"].quality().to_list() == ["100"] * N
+    assert columns_of(write(f"Tag,Time,Value,{heading}", rows))["FIC.PV"].flags.popitem()[1]().to_list() == ["100"] * N
 
 
 def test_date_and_clock_and_a_decimal_comma():

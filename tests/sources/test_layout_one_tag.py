@@ -112,7 +112,7 @@ def test_the_quality_stands_with_the_value(heading, tmp_path):
     ]
     columns = read_layout(tables, ReadOptions())
     check(columns, [f"F.{word}" for word in SIGNALS])
-    assert set(columns[0].quality()) == {"100"}
+    assert set(columns[0].flags.popitem()[1]()) == {"100"}
 
 
 def test_date_and_clock_beside_one_value(tmp_path):

@@ -147,11 +147,11 @@ def test_the_quality_of_values_with_rows_of_their_own(header):
     text = "".join(f"{stamp(k)}.000,{PV[k]},Bad,,\n{stamp(k)}.400,,,{OP[k]},Good\n" for k in K)
     pv, op = columns_of(f"{header}\n{text}").values()
     assert (values(pv), values(op)) == (PV.tolist(), OP.tolist())
-    assert (set(pv.quality()), set(op.quality())) == ({"Bad"}, {"Good"})
+    assert (set(pv.flags.popitem()[1]()), set(op.flags.popitem()[1]())) == ({"Bad"}, {"Good"})
 
 
 def test_one_quality_of_all_values_with_rows_of_their_own():
     text = "".join(f"{stamp(k)}.000,{PV[k]},,{192 * (k % 2)}\n{stamp(k)}.400,,{OP[k]},192\n" for k in K)
     pv, op = columns_of(f"Time,FIC1.PV,FIC1.OP,Quality\n{text}").values()
-    assert pv.quality().to_list() == ["0", "192"] * (N // 2)
-    assert set(op.quality()) == {"192"}
+    assert pv.flags.popitem()[1]().to_list() == ["0", "192"] * (N // 2)
+    assert set(op.flags.popitem()[1]()) == {"192"}

@@ -119,7 +119,7 @@ def test_a_written_map_lists_unused_columns_which_an_edit_can_use(columns, tmp_p
     path = tmp_path / "map.csv"
     write_map([chosen], path)
     assert path.read_text().splitlines()[1:] == [
-        "AI1,plant,pv,,,,,,", "AO2,plant,op,,,,,,", "AI3,plant,unused,,,,,,",
+        "AI1,plant,pv,,,,,,,", "AO2,plant,op,,,,,,,", "AI3,plant,unused,,,,,,,",
     ]  # fmt: skip
     [back] = assign_roles(columns[:3], ReadOptions(), read_map(path))
     assert (back.roles, back.unused) == (chosen.roles, ["AI3"])

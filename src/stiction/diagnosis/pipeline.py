@@ -18,6 +18,7 @@ from stiction.diagnosis.verdict.decision import Costs, decide
 from stiction.diagnosis.verdict.diagnosis import Diagnosis
 from stiction.diagnosis.verdict.features import FeatureInput, compute_features
 from stiction.diagnosis.verdict.model import stiction_model
+from stiction.diagnosis.verdict.readings import compare_readings
 from stiction.errors import RecordError, require_probability
 from stiction.records.assess import assess_quality
 from stiction.records.conditioned import Conditioned, condition
@@ -71,6 +72,9 @@ def diagnose(record: LoopRecord, *, prior: float = 0.25, costs: Costs | None = N
     """
     _check(record, prior)
     costs = costs or Costs()
+    if record.other_readings:
+        readings = (replace(record, other_readings=()), *record.other_readings)
+        return compare_readings([diagnose(one, prior=prior, costs=costs) for one in readings])
     conditioned = condition(record)
     state = assess_loop_state(conditioned)
     judged = conditioned.without(_left_out(state)) if state.in_control else conditioned

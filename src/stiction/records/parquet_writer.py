@@ -8,7 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from stiction.errors import RecordError
+from stiction.errors import RecordError, Setting
 from stiction.records.frames import SIGNALS, as_records, stack_records
 
 __all__ = ["FORMAT_VERSION", "METADATA_KEY", "to_parquet"]
@@ -40,6 +40,12 @@ def to_parquet(records: Any, path: str | os.PathLike[str]) -> None:
     loops = as_records(records)
     if not loops:
         raise RecordError("there is no record to write; give at least one.", where=path)
+    if open_tags := [loop.tag for loop in loops if loop.other_readings]:
+        raise RecordError(
+            f"the quality codes of {open_tags[0]} can be read in several ways",
+            remedy=("read it with ", Setting("good_codes"), " before it is written"),
+            where=path,
+        )
     frame = stack_records(loops, SIGNALS)
     lengths = {len(loop) for loop in loops}
     group = max(lengths) if len(lengths) == 1 else 16_384

@@ -39,5 +39,7 @@ class Provenance:
     """Unit of OP, when the source names one that is not % of span and could not be converted."""
     secondary_tag: str = ""
     """Tag of the secondary loop of a cascade: OP is its set point, and the valve belongs to it."""
+    quality_reading: str = ""
+    """How the quality codes were read; empty where there is only one way."""
     unused_columns: tuple[str, ...] = ()
     """Columns that stand beside a signal of the loop and were not used."""

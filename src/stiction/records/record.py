@@ -73,6 +73,8 @@ class LoopRecord:
         Time of the first sample.
     provenance : Provenance
         Where the record comes from.
+    other_readings : tuple of LoopRecord
+        The same loop, where the source has quality codes that can also be read in another way.
 
     Raises
     ------
@@ -101,6 +103,7 @@ class LoopRecord:
     start: datetime | None = None
     provenance: Provenance = field(default_factory=Provenance)
     valve_signal: NDArray[np.float64] | None = None
+    other_readings: tuple[LoopRecord, ...] = field(default=(), repr=False)
 
     def __post_init__(self) -> None:
         put = object.__setattr__
@@ -293,7 +296,8 @@ class LoopRecord:
         held = round(self.provenance.held_samples * missing.size / max(1, len(self)))
         origin = replace(self.provenance, missing_samples=int(missing.sum()), held_samples=held)
         start = self.start and self.start + timedelta(seconds=begin * self.dt)
-        return replace(self, **parts, dt=self.dt * every, start=start, provenance=origin)
+        others = tuple(other.window(first, last, every) for other in self.other_readings)
+        return replace(self, **parts, dt=self.dt * every, start=start, provenance=origin, other_readings=others)
 
 
 def mask_outliers(record: LoopRecord) -> LoopRecord:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,7 +14,7 @@ from stiction.records.record import LoopRecord, Provenance
 from stiction.sources.layouts.headings import table_headings
 from stiction.sources.roles.loop_roles import NUMERIC_ROLES, column_label
 from stiction.sources.roles.vocabulary import loop_type_of
-from stiction.sources.signal_values import parse_signals, refuse_without_numbers
+from stiction.sources.signal_values import EmptySignalError, parse_signals, refuse_without_numbers
 from stiction.sources.time.align import TagSeries, align_tags
 from stiction.sources.time.grid import Grid, regular_grid
 from stiction.sources.time.time_columns import missing_time_error
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 
     from stiction.sources.options import ReadOptions
     from stiction.sources.roles.loop_roles import LoopRoles
+    from stiction.sources.signal_values import SignalValues
     from stiction.sources.table import TagColumn
 
 __all__ = ["MIN_ROWS", "RecordBuilder"]
@@ -44,11 +46,21 @@ class RecordBuilder:
     grids: dict[int, Grid] = field(default_factory=dict)
 
     def build(self, loop: LoopRoles) -> LoopRecord:
-        """Build the record of one loop."""
+        """Build the record of one loop; where its quality codes can be read in several ways, with the other records."""
         columns = {role: loop.roles[role] for role in NUMERIC_ROLES if role in loop.roles}
+        first, *others = parse_signals(loop, columns, self.options)
+        record = self._build(loop, columns, first)
+        readable = []
+        for other in others:
+            with suppress(EmptySignalError):
+                readable.append(self._build(loop, columns, other))
+        return replace(record, other_readings=tuple(readable)) if readable else record
+
+    def _build(self, loop: LoopRoles, columns: dict[str, TagColumn], parsed: SignalValues) -> LoopRecord:
+        """Build the record of one loop for one way to read its quality codes."""
         origin = columns["op"].table.origin
         notes = [*dict.fromkeys(note for column in columns.values() for note in column.table.notes), *loop.notes]
-        values, units, bad = parse_signals(loop, columns, decimal_is_given=self.options.decimal is not None)
+        values, units, bad = parsed.values, parsed.units, parsed.bad
         notes += bad.notes
         sampled = self._sample(loop, columns, values)
         notes += sampled.notes
@@ -105,6 +117,7 @@ class RecordBuilder:
                 pv_unit=units.get("pv", ""),
                 op_unit=op.unit,
                 unused_columns=tuple(loop.unused),
+                quality_reading=parsed.reading,
             ),
         )
 

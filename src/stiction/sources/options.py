@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import NoneType
@@ -12,12 +13,14 @@ from stiction.errors import ParameterError, require_finite, require_kind, requir
 if TYPE_CHECKING:
     from os import PathLike
 
-__all__ = ["MAX_BYTES", "MAX_RATIO", "ReadOptions"]
+__all__ = ["FIXED_OFFSET", "MAX_BYTES", "MAX_RATIO", "ReadOptions"]
 
 MAX_BYTES = 2_000_000_000
 """Size up to which a file is read, after decompression [bytes]."""
 MAX_RATIO = 200
 """Decompressed size over compressed size up to which a file is read [-]."""
+FIXED_OFFSET = re.compile(r"([+-])(\d\d):(\d\d)")
+"""A time zone as its difference to UTC."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +51,10 @@ class ReadOptions:
     max_gap: float | None = None
     """Longest time over which a value is held or interpolated when tags are aligned [s]."""
     max_bytes: int = MAX_BYTES
+    good_codes: tuple[str, ...] = ()
+    """Codes of the quality columns that are good; all others are bad. Empty: by the schemes of the vendors."""
+    keep_uncertain: bool = False
+    """Whether values of uncertain quality are used."""
 
     def __post_init__(self) -> None:
         put = object.__setattr__
@@ -80,6 +87,9 @@ class ReadOptions:
                     f"columns[{signal!r}] = {column!r} is neither a name nor a number; give the name or the number of "
                     "a column."
                 )
+        codes = self.good_codes.split(",") if isinstance(self.good_codes, str) else self.good_codes
+        put(self, "good_codes", tuple(text for code in codes if (text := str(code).strip().upper())))
+        require_kind("keep_uncertain", self.keep_uncertain, bool, "True or False")
         put(self, "columns", {signal.lower(): column for signal, column in self.columns.items()})
         put(self, "op_range", _span("op_range", "OP", self.op_range))
         put(self, "mv_range", _span("mv_range", "valve position", self.mv_range))
@@ -108,7 +118,11 @@ def _span(name: str, what: str, span: Any) -> tuple[float, float] | None:
 def _require_timezone(name: str) -> None:
     from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 
+    if FIXED_OFFSET.fullmatch(name):
+        return
     try:
         ZoneInfo(name)
     except (ZoneInfoNotFoundError, ValueError, OSError):
-        raise ParameterError(f"timezone = {name!r} is unknown; give a name such as 'Europe/Berlin' or 'UTC'.") from None
+        raise ParameterError(
+            f"timezone = {name!r} is unknown; give a name such as 'Europe/Berlin', 'UTC' or '+01:00'."
+        ) from None

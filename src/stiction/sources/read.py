@@ -7,7 +7,7 @@ from dataclasses import fields
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 from stiction.errors import ParameterError
-from stiction.sources.loops import Loops, find_loops
+from stiction.sources.find_loops import find_loops
 from stiction.sources.options import MAX_BYTES, ReadOptions
 
 if TYPE_CHECKING:
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from datetime import datetime
 
     from stiction.records.record import LoopRecord
+    from stiction.sources.loops import Loops
 
 __all__ = ["open_loops", "read"]
 
@@ -51,6 +52,8 @@ def read(
     align: str | None = None,
     max_gap: float | None = None,
     max_bytes: int = MAX_BYTES,
+    good_codes: str | Sequence[str | int] | None = None,
+    keep_uncertain: bool = False,
     query: str | None = None,
     table: str | None = None,
     time: str | None = None,
@@ -100,6 +103,11 @@ def read(
         Longest time over which a value is held or interpolated [s].
     max_bytes : int
         Size of a file after decompression up to which it is read [bytes].
+    good_codes : str or sequence, optional
+        Codes of the quality columns that are good, such as "0,4"; all others are bad. By the vendors' schemes when not
+        given.
+    keep_uncertain : bool
+        Whether values of uncertain quality are used; they are missing by default.
     query, table : str, optional
         Of a database: a SELECT, or the name of a table or view.
     time, tag_column, value, quality : str, optional
@@ -133,7 +141,8 @@ def read(
     loops = open_loops(
         source, dt=dt, tag=tag, columns=columns, loop_type=loop_type, map=map, sheet=sheet, delimiter=delimiter,
         decimal=decimal, time_format=time_format, day_first=day_first, timezone=timezone, op_range=op_range,
-        mv_range=mv_range, align=align, max_gap=max_gap, max_bytes=max_bytes, query=query, table=table, time=time,
+        mv_range=mv_range, align=align, max_gap=max_gap, max_bytes=max_bytes,
+        good_codes=good_codes, keep_uncertain=keep_uncertain, query=query, table=table, time=time,
         value=value, quality=quality, tag_column=tag_column, tags=tags, since=since, until=until,
     )  # fmt: skip
     return loops.read()

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stiction.errors import RecordError, Setting
+from stiction.sources.layouts.headings import table_headings
+from stiction.sources.roles.group_columns import flag_role
 from stiction.sources.roles.loop_roles import column_label
 from stiction.sources.values.bad_values import find_bad_values
 from stiction.sources.values.numeric_cells import parse_numbers
+from stiction.sources.values.quality_codes import read_quality
 from stiction.sources.values.thousands import refuse_other_decimal
 
 if TYPE_CHECKING:
@@ -18,21 +22,35 @@ if TYPE_CHECKING:
     import polars as pl
     from numpy.typing import NDArray
 
+    from stiction.sources.options import ReadOptions
     from stiction.sources.roles.loop_roles import LoopRoles
     from stiction.sources.table import TagColumn
     from stiction.sources.values.bad_values import BadValues
 
-__all__ = ["EmptySignalError", "parse_signals", "refuse_without_numbers"]
+__all__ = ["EmptySignalError", "SignalValues", "parse_signals", "refuse_without_numbers"]
 
 
 class EmptySignalError(RecordError):
     """A signal of a loop has no number."""
 
 
-def parse_signals(
-    loop: LoopRoles, columns: dict[str, TagColumn], *, decimal_is_given: bool
-) -> tuple[dict[str, NDArray[np.float64]], dict[str, str], BadValues]:
-    """Values of each role, NaN where they are bad, and their units."""
+@dataclass(frozen=True)
+class SignalValues:
+    """Values of the signals of a loop, by one reading of its quality codes."""
+
+    values: dict[str, NDArray[np.float64]]
+    """Role -> values, NaN where they are bad."""
+    units: dict[str, str]
+    """Role -> unit as written."""
+    bad: BadValues
+    """What was bad."""
+    reading: str = ""
+    """How the quality codes were read; empty where there is only one way."""
+
+
+def parse_signals(loop: LoopRoles, columns: dict[str, TagColumn], options: ReadOptions) -> list[SignalValues]:
+    """Values of each role, for each way to read the quality codes, the likeliest first."""
+    decimal_is_given = options.decimal is not None
     values: dict[str, NDArray[np.float64]] = {}
     units: dict[str, str] = {}
     texts: dict[str, Counter[str]] = {}
@@ -44,17 +62,28 @@ def parse_signals(
             refuse_other_decimal(found.texts, len(column.cells), decimal, where)
         values[role], texts[role] = found.values, found.texts
         units[role] = _one_unit(loop, role, found.unit)
-        if column.quality is not None:
-            flags[f"{role} quality"] = (f"quality of {column_label(column)}", column.quality())
+        for k, (heading, load) in enumerate(column.flags.items()):
+            flags[f"{role} {flag_role(heading, ()) or 'quality'} {k}"] = (heading, load())
     for role, column in loop.roles.items():
         if role not in columns and role != "mode":
             flags.setdefault(role, (column_label(column), column.cells))
     labels = {role: column_label(column) for role, column in columns.items()}
-    bad = find_bad_values(values, texts=texts, flags=flags, labels=labels)
-    for role, mask in bad.masks.items():
-        if mask.any():
-            values[role] = np.where(mask, np.nan, values[role])
-    return values, units, bad
+    tables = {id(column.table): column.table for column in loop.roles.values()}
+    others = {name.strip().upper() for table in tables.values() for name in table_headings(table).names}
+    readings = read_quality(
+        flags, others, good_codes={key: loop.good_codes.get(key, options.good_codes) for key in flags},
+        keep_uncertain=options.keep_uncertain,
+        where=loop.roles["op"].table.origin.name,
+    )  # fmt: skip
+    results = []
+    for reading in readings:
+        bad = find_bad_values(values, texts=texts, flags=reading.masks, labels=labels)
+        bad.notes[:0] = reading.notes
+        good = {
+            role: np.where(bad.masks[role], np.nan, x) if bad.masks[role].any() else x for role, x in values.items()
+        }
+        results.append(SignalValues(good, units, bad, " ".join(reading.notes) if len(readings) > 1 else ""))
+    return results
 
 
 def _one_unit(loop: LoopRoles, role: str, in_cells: str) -> str:

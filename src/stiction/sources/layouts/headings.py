@@ -12,6 +12,8 @@ import numpy as np
 
 from stiction.display.number_format import count_noun
 from stiction.sources.roles.column_names import HeaderNames, header_names, is_unit, parse_column_name, role_of
+from stiction.sources.roles.group_columns import flag_role
+from stiction.sources.roles.loop_roles import column_label
 from stiction.sources.roles.vocabulary import COLUMN_WORDS, TAG_WORDS, UNIT_HEADINGS
 from stiction.sources.table import Clock, TagColumn
 from stiction.sources.time.parse import parse_time
@@ -20,8 +22,9 @@ from stiction.sources.time.text_stamps import is_timestamp
 from stiction.sources.time.time_columns import find_time_columns, is_time_heading
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
 
+    import polars as pl
     from numpy.typing import NDArray
 
     from stiction.sources.options import ReadOptions
@@ -89,6 +92,18 @@ def has_loop(names: Iterable[str]) -> bool:
     return len(pairs) > len({tag for tag, _ in pairs})
 
 
+def flag_positions(table: RawTable) -> list[int]:
+    """Find the columns of quality or of bad flags: by their headings, or by the words in them."""
+    names = table_headings(table).names
+    return [i for i, name in enumerate(names) if flag_role(name, table.sample_column(i))]
+
+
+def flag_loaders(table: RawTable, positions: Iterable[int]) -> dict[str, Callable[[], pl.Series]]:
+    """Give the flags of `TagColumn` for some columns."""
+    columns = [heading_column(table, i, None) for i in sorted(positions)]
+    return {column_label(column): column.load for column in columns}
+
+
 def is_stamp_column(table: RawTable, position: int) -> bool:
     """Whether most cells of a column in the first rows are time stamps."""
     cells = table.sample_column(position)
@@ -108,7 +123,22 @@ def find_clock(
         options = replace(options, columns={"time": only})
     found = find_time_columns(names, units, table, options, taken=set(taken))
     positions = {*found.positions, *found.candidates, found.fraction, found.index} - {None}
-    return (Clock(partial(parse_time, table, found, options)) if found.positions else None), positions
+    if not found.positions:
+        return None, positions
+    first = partial(parse_time, _first_rows(table), found, options)
+    return Clock(partial(parse_time, table, found, options), first), positions
+
+
+def _first_rows(table: RawTable) -> RawTable:
+    """The first rows of a table, as text."""
+
+    def read(positions: Sequence[int]) -> pl.DataFrame:
+        import polars as pl
+
+        cells = [[row[i] if i < len(row) else "" for row in table.sample] for i in positions]
+        return pl.DataFrame({f"{i}": column for i, column in zip(positions, cells, strict=True)}, schema=None)
+
+    return replace(table, reader=read, _columns={})
 
 
 def tag_in_line(cells: Sequence[str]) -> str:
@@ -149,14 +179,12 @@ def first_unit(table: RawTable) -> str:
 
 def pick_rows(column: TagColumn, rows: Rows, clock: Clock | None, **changes: Any) -> TagColumn:
     """Give some rows of a column, with the clock of these rows."""
-    load, quality = column.load, column.quality
-    return replace(
-        column,
-        clock=clock,
-        load=lambda: load().gather(rows),
-        quality=None if quality is None else lambda: quality().gather(rows),
-        **changes,
-    )
+
+    def pick(load: Callable[[], pl.Series]) -> Callable[[], pl.Series]:
+        return lambda: load().gather(rows)
+
+    flags = {heading: pick(load) for heading, load in column.flags.items()}
+    return replace(column, clock=clock, load=pick(column.load), flags=flags, **changes)
 
 
 def pick_stamps(clock: Clock, rows: Rows) -> Clock:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from stiction.errors import RecordError
 from stiction.sources.layouts import headings
 from stiction.sources.roles.column_names import normalise_name
+from stiction.sources.roles.group_columns import flag_role
 from stiction.sources.roles.vocabulary import COLUMN_WORDS
 from stiction.sources.time.text_stamps import is_timestamp
 from stiction.sources.values.number_text import is_number
@@ -25,7 +26,7 @@ _TEXTS = ("owner", "tag", "unit", "description")
 
 
 def find_long_columns(names: Sequence[str], sample: Sequence[Sequence[str]] = (), decimal: str = ".") -> dict[str, int]:
-    """Find the columns of a long table: tag, value, and where there are some owner, quality, unit and description.
+    """Find the columns of a long table: tag, value, and where there are some owner, unit and description.
 
     Where no heading tells, the tag stands in a column of names of signals in `sample`, the first rows, and the value in
     the first column of numbers. The owner is the loop of which the tag names only a signal. The result, from what a
@@ -37,15 +38,14 @@ def find_long_columns(names: Sequence[str], sample: Sequence[Sequence[str]] = ()
     {'tag': 1, 'value': 3, 'owner': 0}
     """
     words = [normalise_name(name) for name in names]
-    roles = [headings.parse_role(name) for name in names]
     known = ("tag", "value", "unit", "description")
     places = {key: [i for i, word in enumerate(words) if word in COLUMN_WORDS[key]] for key in known}
-    places["quality"] = [i for i, role in enumerate(roles) if role == ("", "quality")]
     found = {key: positions[0] for key, positions in places.items() if positions}
     cells = [[cell for row in sample if i < len(row) and (cell := row[i].strip())] for i in range(len(names))]
+    flags = [i for i, name in enumerate(names) if flag_role(name, cells[i])]
     if sample:
-        tags = [i for i, column in enumerate(cells) if i not in places["quality"] and _are_tags(column)]
-        values = [i for i, column in enumerate(cells) if i not in tags and _are_values(column, decimal)]
+        tags = [i for i, column in enumerate(cells) if i not in flags and _are_tags(column)]
+        values = [i for i, column in enumerate(cells) if i not in {*tags, *flags} and _are_values(column, decimal)]
         if tags and (values or "value" in found):
             found |= {"tag": tags[0], "value": found.get("value", values[0] if values else -1)}
         by_name = [i for key in ("attribute", "tag") for i, word in enumerate(words) if word in COLUMN_WORDS[key]]
@@ -54,7 +54,7 @@ def find_long_columns(names: Sequence[str], sample: Sequence[Sequence[str]] = ()
             found["tag"] = signals[0]
     tag_cells = set(cells[found["tag"]]) if "tag" in found else set()
     if any((pair := headings.parse_role(cell)) and not pair[0] for cell in tag_cells):
-        free = [i for i in range(len(names)) if i not in found.values() and cells[i]]
+        free = [i for i in range(len(names)) if i not in {*found.values(), *flags} and cells[i]]
         owners = [i for i in free if words[i] in (*COLUMN_WORDS["tag"], *COLUMN_WORDS["loop_name"])]
         owners = owners or [i for i in free if _are_texts(cells[i], decimal)]
         found |= {"owner": owners[0]} if owners else {}
@@ -138,7 +138,7 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
     is_loop = (pl.col("owner") != "") & (pl.lit(tags.height) > pl.col("owner").n_unique())
     tags = tags.with_columns(name=pl.when(is_loop).then(pl.format("{}.{}", "owner", "tag")).otherwise("tag"))
     whole = headings.heading_column(table, found["value"], clock)
-    whole.quality = headings.heading_column(table, found["quality"], clock).load if "quality" in found else None
+    whole.flags = headings.flag_loaders(table, {*headings.flag_positions(table)} - {*found.values(), *time})
     rows = [one.to_numpy() for one in tags["row"]]
     clocks = headings.share_clocks([headings.pick_stamps(clock, one) for one in rows])
     texts_of_tags = tags.select("name", "unit", "description").iter_rows(named=True)

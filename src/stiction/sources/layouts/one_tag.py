@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -35,7 +34,7 @@ def _value_column(table: RawTable) -> int | None:
     if table.width == 2 and not any(roles) and not words[1] and headings.is_stamp_column(table, 0):
         return 1
     columns = range(table.width)
-    beside = {i for i in columns if roles[i] in FLAG_ROLES or words[i] in UNIT_HEADINGS}
+    beside = {*headings.flag_positions(table), *(i for i in columns if words[i] in UNIT_HEADINGS)}
     values = [i for i in columns if (roles[i] and roles[i] not in FLAG_ROLES) or words[i] in VALUE_WORDS]
     times = [i for i in columns if is_time_heading(names[i]) or words[i] in INDEX_WORDS]
     times = times or [i for i in columns if i not in {*values, *beside} and headings.is_stamp_column(table, i)]
@@ -56,10 +55,7 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
         column.name = tag
         headings.forget_note_on_lines_above(table)
     column.name = _name_by_file(column.name, table.origin)
-    names = headings.table_headings(table).names
-    qualities = [i for i, name in enumerate(names) if (role := headings.parse_role(name)) and role[1] in FLAG_ROLES]
-    if qualities and qualities[0] not in no_signals:
-        column.quality = partial(table.column, qualities[0])
+    column.flags = headings.flag_loaders(table, {*headings.flag_positions(table)} - {*no_signals, value})
     return [column]
 
 

@@ -61,11 +61,10 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
         within = (unit for row, _, unit in lines if unit and start <= row < end)
         units.setdefault(name, next(within, "" if start else headings.first_unit(table)))
     free = [i for i in range(table.width) if i not in no_signals]
-    roles = [headings.parse_role(name) for name in headings.table_headings(table).names]
-    quality = [i for i in free if (role := roles[i]) and role[1] == "quality"]
+    flags = set(headings.flag_positions(table))
     headings.forget_note_on_lines_above(table)
-    whole = headings.heading_column(table, next(i for i in free if i not in quality), clock)
-    whole.quality = headings.heading_column(table, quality[0], clock).load if quality else None
+    whole = headings.heading_column(table, next(i for i in free if i not in flags), clock)
+    whole.flags = headings.flag_loaders(table, flags & set(free))
     picked = [np.concatenate(parts) for parts in rows.values()]
     clocks = share_clocks([pick_stamps(clock, one) for one in picked])
     table.notes.append(f"The table contains {len(rows)} tags one below the other, each under a line with its name.")

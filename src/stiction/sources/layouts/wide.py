@@ -10,6 +10,7 @@ import numpy as np
 from stiction.errors import RecordError, Setting
 from stiction.sources.layouts.headings import (
     find_clock,
+    flag_positions,
     heading_column,
     parse_role,
     pick_rows,
@@ -48,10 +49,11 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
     if clock is None or not (sparse := _find_sparse(table, columns)):
         return columns
     table.load(range(table.width))
-    qualities = [column for column in columns if (role := parse_role(column.name)) and role[1] == "quality"]
+    flags = set(flag_positions(table))
+    qualities = [column for column in columns if column.position in flags]
     stored = []
     for column in [column for column in columns if column not in qualities]:
-        column.quality = next((one.load for one in qualities if _is_quality_of(one, column, qualities)), None)
+        column.flags = {one.name: one.load for one in qualities if _is_quality_of(one, column, qualities)}
         if column in sparse:
             rows = _written_mask(column.cells).arg_true().to_numpy()
             column = pick_rows(column, rows, pick_stamps(clock, rows), own_clock=True)

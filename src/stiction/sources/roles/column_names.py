@@ -28,7 +28,9 @@ def _any_of(words: Iterable[str]) -> str:
 
 
 _TAG_WORD = re.compile(rf"(.*?[^,./\\:|_\s-])\s*[,./\\:|_\s-]+({_any_of(_ROLE_OF_WORD)})")
-_WORD_TAG = re.compile(rf"({_any_of(_ROLE_OF_WORD)})(?:[._\s:-]+(?=.*\d)(.+)|(\d+))")
+# A weak word of quality stands after a tag only: ST 4101 measures a speed.
+_LEADING = [word for word, role in _ROLE_OF_WORD.items() if role != "fallback quality"]
+_WORD_TAG = re.compile(rf"({_any_of(_LEADING)})(?:[._\s:-]+(?=.*\d)(.+)|(\d+))")
 # The value of an item: of a signal after # (PCS 7), of the PV of a loop after a comma (800xA).
 _ITEM_VALUE = re.compile(r"(.*\S)\s*([#,])\s*VALUE", re.IGNORECASE)
 _MEASURED = _any_of(word for word, role in _ROLE_OF_WORD.items() if role in ("pv", "sp", "op", "mv"))

@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING
 from stiction.sources.roles.column_names import parse_column_name, role_of
 from stiction.sources.roles.loop_roles import FLAG_ROLES, HOW_TO_OVERRULE, NUMERIC_ROLES, TagGroup, column_label
 from stiction.sources.roles.pair_groups import parse_instrument_tag
+from stiction.sources.values.quality_codes import are_quality_codes
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from stiction.sources.table import TagColumn
 
-__all__ = ["add_bare_tags", "group_columns", "shorten_block_tags", "use_weaker_words"]
+__all__ = ["add_bare_tags", "flag_role", "group_columns", "shorten_block_tags", "use_weaker_words"]
 
 _BLOCK = re.compile(r"/P?ID\w*$|/PID_\w+$|\.PIDA$", re.IGNORECASE)
 
@@ -34,6 +35,12 @@ def group_columns(columns: Sequence[TagColumn]) -> tuple[list[TagGroup], list[Ta
         if pair and pair[0].isdigit() and (tag := parse_instrument_tag(column.name)):
             variable = "" if tag.kind == "position" else tag.variable
             pair = None if (variable, tag.number) in numbers else pair  # the valve PV 4101 beside PT 4101
+        cells = [] if column.position is None else column.table.sample_column(column.position)
+        flag = flag_role(column.name, cells) if pair is None or role_of(pair[1]) == "fallback quality" else ""
+        if flag and pair is None:
+            pair, note = ("", "QUALITY"), f"{column_label(column)} is taken as quality, by its words; {HOW_TO_OVERRULE}"
+        elif pair and role_of(pair[1]) == "fallback quality" and not flag:
+            pair = None
         if pair is None and (pair := parse_column_name(column.description)):
             note = f"{column_label(column)} is the {pair[1]} of {pair[0]} by its description; {HOW_TO_OVERRULE}"
         if pair is None:
@@ -41,13 +48,26 @@ def group_columns(columns: Sequence[TagColumn]) -> tuple[list[TagGroup], list[Ta
             continue
         tag = pair[0] or (column.table.origin.stem if several else "")
         group = groups.setdefault(tag.upper(), TagGroup(tag))
-        group.add(role_of(pair[1]), column)
+        group.add(flag or role_of(pair[1]), column)
         group.notes += [note] if note else []
     _give_flags_to_signals(groups)
     for key in [key for key in groups if key.endswith(".DACA")]:  # of a point of Experion, DACA measures, PIDA controls
         if target := groups.get(key.removesuffix(".DACA") + ".PIDA"):
             target.columns = {**groups.pop(key).columns, **target.columns}
     return list(groups.values()), bare
+
+
+def flag_role(name: str, cells: Sequence[str]) -> str:
+    """Give the role of a column of flags, "quality" or "bad", by its heading or by the words in it; empty for others.
+
+    `cells` are some of its cells without the empty ones.
+    """
+    pair = parse_column_name(name)
+    role = role_of(pair[1]) if pair else ""
+    if role in FLAG_ROLES:
+        return role
+    is_quality = role in ("", "fallback quality") and are_quality_codes(cells, named=bool(role))
+    return "quality" if is_quality else ""
 
 
 def _instrument_numbers(columns: Sequence[TagColumn]) -> set[tuple[str, str]]:

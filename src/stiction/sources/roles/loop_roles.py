@@ -43,6 +43,8 @@ class LoopRoles:
     """Role -> value at 0 and at 100 % of span [unit of the column], by the map."""
     units: dict[str, str] = field(default_factory=dict)
     """Role -> unit, by the map; it replaces the unit of the source."""
+    good_codes: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    """Role of a quality column -> codes that are good, by the map."""
     notes: list[str] = field(default_factory=list)
     """Guesses, a sentence each."""
     unused: list[str] = field(default_factory=list)

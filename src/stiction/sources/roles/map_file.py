@@ -44,6 +44,8 @@ class MapRow:
     master: str = ""
     """Tag of the loop whose OP is the set point of this one."""
     importance: str = ""
+    good: str = ""
+    """Codes of a quality column that are good, with blanks between them; by the schemes of the vendors when empty."""
     place: str = ""
     """File and line, for messages."""
 
@@ -55,9 +57,9 @@ COLUMNS = tuple(field.name for field in fields(MapRow) if field.name != "place")
 def read_map(path: str | PathLike[str]) -> list[MapRow]:
     """Read and check a mapping file.
 
-    It is CSV with a header of `tag`, `loop`, `role` and, as needed, `unit`, `low`, `high`, `area`, `master` and
-    `importance`; comma, semicolon or tab between the cells. Lines that begin with # are comments; rows with the role
-    `unused` are left out.
+    It is CSV with a header of `tag`, `loop`, `role` and, as needed, `unit`, `low`, `high`, `area`, `master`,
+    `importance` and `good`; comma, semicolon or tab between the cells. Lines that begin with # are comments; rows with
+    the role `unused` are left out.
 
     Raises
     ------
@@ -117,9 +119,13 @@ def _row(cells: dict[str, str], place: str, delimiter: str) -> MapRow:
     if ends and not ends["low"] < ends["high"]:
         given = "low = {low:g} is not below high = {high:g}".format(**ends)
         raise RecordError(f"{given}; give the values at 0 % and at 100 %.", where=place)
-    unit, area, master, importance = (cells.get(name, "") for name in ("unit", "area", "master", "importance"))
+    unit, area, master, importance, good = (
+        cells.get(name, "") for name in ("unit", "area", "master", "importance", "good")
+    )
+    if good and not role.endswith("quality"):
+        raise RecordError(f"good = {good!r} stands at the role {role!r}; give it to a quality column.", where=place)
     low, high = ends.get("low"), ends.get("high")
-    return MapRow(cells["tag"], cells["loop"], role, unit, low, high, area, master, importance, place)
+    return MapRow(cells["tag"], cells["loop"], role, unit, low, high, area, master, importance, good, place)
 
 
 def _check(rows: list[MapRow], path: str) -> None:
@@ -167,6 +173,8 @@ def apply_map(columns: Sequence[TagColumn], rows: Sequence[MapRow]) -> list[Loop
         loop.roles[row.role] = column
         loop.area, loop.master = loop.area or row.area, loop.master or row.master
         loop.importance = loop.importance or row.importance
+        if row.good:
+            loop.good_codes[row.role] = tuple(row.good.upper().replace(",", " ").replace(";", " ").split())
         if row.unit:
             loop.units[row.role] = row.unit
         if row.low is not None and row.high is not None:
@@ -187,7 +195,8 @@ def map_text(loops: Sequence[LoopRoles]) -> str:
         for role, column in loop.roles.items():
             low, high = loop.spans.get(role, (None, None))
             unit, name = loop.unit_of(role), column_label(column)
-            rows.append(MapRow(name, tag, role, unit, low, high, loop.area, loop.master, loop.importance))
+            good = " ".join(loop.good_codes.get(role, ()))
+            rows.append(MapRow(name, tag, role, unit, low, high, loop.area, loop.master, loop.importance, good))
         for row in (*rows, *(MapRow(name, tag, UNUSED) for name in loop.unused)):
             writer.writerow(["" if cell is None else cell for cell in astuple(row)[:-1]])
     return text.getvalue()

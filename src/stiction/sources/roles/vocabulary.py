@@ -28,8 +28,6 @@ TIME_UNITS = {unit: float(seconds) for seconds, units in _TABLE["seconds"].items
 MONTHS: list[list[str]] = [names.split() for names in _TABLE["months"]["names"]]
 MISSING_WORDS = frozenset(_CELLS["missing"])
 STATUS_TEXTS: list[str] = _CELLS["status"]
-GOOD_STATUS_WORDS: list[str] = _CELLS["good"]
-BAD_STATUS_WORDS: tuple[str, ...] = tuple(_CELLS["bad"])
 MODES = {mode: kind == "automatic" for kind, modes in _TABLE["modes"].items() for mode in modes}
 GENERIC_WORDS = frozenset(_TABLE["places"]["generic"])
 

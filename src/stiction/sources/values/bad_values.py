@@ -9,12 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.records.runs import run_lengths, runs
-from stiction.sources.values.status_codes import bad_flag_mask, bad_status_mask
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    import polars as pl
     from numpy.typing import NDArray
 
 __all__ = ["BadValues", "find_bad_values", "find_common_states", "find_sentinels"]
@@ -45,12 +43,12 @@ def find_bad_values(
     signals: Mapping[str, NDArray[np.float64]],
     *,
     texts: Mapping[str, Counter[str]] | None = None,
-    flags: Mapping[str, tuple[str, pl.Series]] | None = None,
+    flags: Mapping[str, NDArray[np.bool_]] | None = None,
     labels: Mapping[str, str] | None = None,
 ) -> BadValues:
     """Find the values of a loop that are no measurements; a value counts once, under the first kind that marks it.
 
-    By role: values, shape (n_rows,), NaN where there is none; the texts of `parse_numbers`; heading and cells of flags
+    By role: values, shape (n_rows,), NaN where there is none; the texts of `parse_numbers`; rows that the flags mark
     ("bad", "quality", "pv quality", "op bad 2"); headings, for the notes.
     """
     bad = BadValues({role: np.zeros(len(x), dtype=bool) for role, x in signals.items()})
@@ -72,20 +70,17 @@ def find_bad_values(
 def _mark_flags(
     bad: BadValues,
     signals: Mapping[str, NDArray[np.float64]],
-    flags: Mapping[str, tuple[str, pl.Series]],
+    flags: Mapping[str, NDArray[np.bool_]],
     labels: Mapping[str, str],
 ) -> None:
     """Mark what the quality columns and the bad flags mark."""
-    for key, (heading, cells) in flags.items():
-        words = [word for word in key.split() if not word.isdigit()]
-        owners = words[:-1] or list(signals)
-        mask, note = (bad_flag_mask(cells), "") if words[-1] == "bad" else bad_status_mask(cells, heading)
-        bad.notes += [f"Column {heading}: {note}"] if note else []
-        for role in owners:
+    for key, mask in flags.items():
+        owners = [word for word in key.split() if not word.isdigit()][:-1]
+        for role in owners or list(signals):
             if role in signals and len(mask) == len(signals[role]):
                 bad.masks[role] |= mask
         if n := int(mask.sum()):
-            of = f"values of {labels.get(owners[0], owners[0].upper())}" if len(words) > 1 else "rows"
+            of = f"values of {labels.get(owners[0], owners[0].upper())}" if owners else "rows"
             bad.notes.append(f"Missing: {n} {of if n > 1 else of.replace('s', '', 1)}, flagged as bad.")
     if n := sum(int((bad.masks[role] & np.isfinite(x)).sum()) for role, x in signals.items()):
         bad.counts["bad quality"] = n

@@ -1,0 +1,39 @@
+"""One diagnosis of a record whose quality codes can be read in several ways."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from stiction.diagnosis.verdict.diagnosis import Diagnosis
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+__all__ = ["compare_readings"]
+
+
+def compare_readings(found: Sequence[Diagnosis]) -> Diagnosis:
+    """Give the first of several diagnoses where all verdicts are equal; else one that asks for the good codes.
+
+    Each is the diagnosis of the same record, by one reading of its quality codes (`Provenance.quality_reading`).
+    """
+    first = found[0]
+    read = [one.record.provenance.quality_reading for one in found]
+    if all(one.verdict == first.verdict for one in found):
+        origin = first.record.provenance
+        note = f"The verdict is the same with each reading of the quality codes: {' '.join(read[1:])}"
+        origin = replace(origin, assumptions=(*origin.assumptions, note))
+        return replace(first, record=replace(first.record, provenance=origin))
+    given = " ".join(
+        f"{text} Verdict: {one.verdict.replace('_', ' ')}, probability {one.probability:.2f}."
+        for text, one in zip(read, found, strict=True)
+    )
+    ask = "name the good codes (--good-codes, in Python good_codes=, or the column good of a map)."
+    why = f"The quality codes can be read in {len(found)} ways, with different verdicts; {ask} {given}"
+    state = replace(first.loop_state, state="bad_data", share=1.0, rejects=(why,))
+    none = replace(first.oscillation_cause, **dict.fromkeys(first.oscillation_cause.__dataclass_fields__, 0.0))
+    return Diagnosis(
+        first.record, "undecided", first.prior, state, first.oscillation, none, first.quality,
+        prior=first.prior, costs=first.costs,
+    )  # fmt: skip
