@@ -40,7 +40,7 @@ def stumbles(request, monkeypatch):
 def test_the_others_are_told(run, plant, stumbles):
     done = run("diagnose", *plant, "--no-report")
     assert done.code == 1
-    [row] = [line for line in done.out.splitlines() if "not diagnosed" in line]
+    [row] = [line for line in done.out.splitlines() if "Not diagnosed" in line]
     assert "an error in the program (ZeroDivisionError: division by zero); please report it." in row
     assert "FIC-101" in done.out
     assert "healthy" in done.out

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from dataclasses import replace
+from functools import partial
 from pathlib import PurePath
 from typing import TYPE_CHECKING
 
@@ -18,7 +19,7 @@ from stiction.sources.roles.pair_groups import parse_instrument_tag
 from stiction.sources.table import Clock
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     import polars as pl
     from numpy.typing import NDArray
@@ -229,14 +230,12 @@ def _concat(chain: Sequence[Columns], clocks: dict[tuple[int, ...], Clock]) -> C
         if key not in clocks:
             clocks[key] = _concat_clocks([column.clock for column in columns if column.clock])
         first = next(column for one, column in zip(chain, columns, strict=True) if role in one)
-        has_quality = all(column.quality for column in columns)
+        headings = set.intersection(*(set(column.flags) for column in columns))
         joined[role] = replace(
             first,
             clock=clocks[key],
-            load=lambda columns=columns: _stack([column.cells for column in columns]),
-            quality=(lambda columns=columns: _stack([column.quality() for column in columns if column.quality]))
-            if has_quality
-            else None,
+            load=partial(_stack, [partial(getattr, column, "cells") for column in columns]),
+            flags={name: partial(_stack, [column.flags[name] for column in columns]) for name in headings},
             parts=tuple(columns),
         )
     return joined
@@ -257,10 +256,11 @@ def _concat_clocks(clocks: Sequence[Clock]) -> Clock:
     return Clock(parse)
 
 
-def _stack(cells: Sequence[pl.Series]) -> pl.Series:
+def _stack(loads: Sequence[Callable[[], pl.Series]]) -> pl.Series:
     """Cells of several files under each other; of several types as numbers, else as text."""
     import polars as pl
 
+    cells = [load() for load in loads]
     kinds = {one.dtype for one in cells}
     if len(kinds) > 1:
         kind = pl.Float64 if all(one.is_numeric() or one == pl.Null for one in kinds) else pl.String
@@ -276,7 +276,7 @@ def _blank(beside: TagColumn, name: str) -> TagColumn:
 
         return pl.repeat(None, len(beside.cells), dtype=beside.cells.dtype, eager=True)
 
-    return replace(beside, name=name, load=load, quality=None, position=None)
+    return replace(beside, name=name, load=load, flags={}, position=None)
 
 
 def _pick(column: TagColumn, rows: NDArray[np.int64]) -> TagColumn:

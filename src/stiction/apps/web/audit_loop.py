@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from stiction.fleet import Audit
+    from stiction.fleet import Audit, LoopRow
     from stiction.records import LoopRecord
 
 __all__ = ["prepare_audit_loop", "write_audit_record"]
@@ -44,7 +44,7 @@ def prepare_audit_loop(folder: str, key: int, target: str) -> None:
     except (StictionError, OSError) as error:
         reason = error.text(where=error.file_name) if isinstance(error, StictionError) else error.strerror
         content = _content_of_row(row)
-        _write_means(audit, tag, place, f"because {row['source']} cannot be read: {reason}")
+        _write_means(audit, tag, place, f"because {row.source} cannot be read: {reason}")
     else:
         note = "raw samples of the source" + _change_note(audit, tag, row, record)
         content = _diagnose(audit, row, record)
@@ -66,73 +66,62 @@ def write_audit_record(folder: str, key: int, path: str) -> None:
     audit = load_audit(folder)
     record = audit.read(tag_of_loop(folder, key))
     place.parent.mkdir(parents=True, exist_ok=True)
-    options = {name: audit.run[name] for name in ("prior", "costs") if audit.run.get(name) is not None}
+    options = {name: audit.run[name] for name in ("prior", "costs")}
     place.with_name(OPTIONS_FILE).write_text(json.dumps(options), encoding="utf-8")
     record.to_parquet(place)
 
 
-def _diagnose(audit: Audit, row: dict[str, Any], record: LoopRecord) -> dict[str, Any]:
-    """Diagnose the shortened record as the audit did; where its row says something else, the row counts."""
-    from stiction import diagnose
-    from stiction.fleet.loop_oscillations import LoopOscillation
-    from stiction.fleet.loop_row import main_oscillation
-    from stiction.fleet.reduced_record import reduce_record
+def _diagnose(audit: Audit, row: LoopRow, record: LoopRecord) -> dict[str, Any]:
+    """Diagnose the record as the audit did; where its row says something else, the row counts."""
     from stiction.report.loop_view import LoopView
 
     if record.pv is None:
         return _content_of_row(row) | {"arrays": {}}
-    main = main_oscillation([LoopOscillation(**one) for one in row["oscillations"]])
-    shorter = reduce_record(record, main.period if main is not None else float("nan"))
-    diagnosis = diagnose(shorter, **audit.diagnosis_options)
+    diagnosis = audit.diagnose(record)
     content = loop_content(diagnosis)
-    if row["status"] == "diagnosed" and diagnosis.verdict != row["verdict"]:
-        content |= {name: _content_of_row(row)[name] for name in ("verdict", "headline")}
+    if row.status != "screened" and diagnosis.verdict != row.verdict:
+        content |= {name: part for name, part in _content_of_row(row).items() if name in ("verdict", "headline")}
         content["headline"]["confidence"] = (
             "The source now gives another verdict than at the time of the audit; run the audit again"
         )
     view = LoopView(diagnosis)
-    same = len(shorter) == len(record)
-    content["arrays"] = {"model": view.model, "position": view.valve_position} if same else {}
-    return content
+    return content | {"arrays": {"model": view.model, "position": view.valve_position}}
 
 
-def _content_of_row(row: dict[str, Any]) -> dict[str, Any]:
+def _content_of_row(row: LoopRow) -> dict[str, Any]:
     """What the page shows when there is only the row of the audit."""
     from stiction.apps.web.plain_blocks import blocks_to_plain
     from stiction.diagnosis.loop_state import HEADLINES
     from stiction.report import labels
     from stiction.report.blocks import Definitions, Headline
 
-    verdict, state, p = row["verdict"], row["loop_state"] or "in_control", row["probability"]
-    line = labels.VERDICT_LINES[verdict]
+    state, chance, line = row.loop_state or "in_control", row.text("probability"), labels.VERDICT_LINES[row.verdict]
+    unit = "%" if row.op_unit == "% of span" else ""
     if state != "in_control":
         line = f"{HEADLINES[state]}: {line[0].lower()}{line[1:]}"
-    elif verdict == "stiction" and row["S"] is not None:
-        line += f": S = {labels.format_number(row['S'])} % of span, J = {labels.format_number(row['J'])} %"
-    facts = [("Status", str(row["status"]))]
-    if row["period_s"] is not None:
-        facts.append(("Period", labels.format_duration(row["period_s"])))
-    sure = "" if p is None else f"Probability of stiction {labels.format_probability(p)}"
-    times = [(name, [labels.format_time(row[key])]) for name, key in (("From", "start"), ("To", "end"))]
-    warnings = ("Data warnings", list(row["data_warnings"]))
+    elif row.verdict == "stiction" and row.S is not None:
+        line += f": S = {row.text('S')} {unit}, J = {row.text('J')} {unit}".rstrip()
+    facts = [(name, text) for name, text in (("Status", row.status), ("Period", row.text("period_s"))) if text]
+    sure, icon = f"Probability of stiction {chance}" if chance else "", labels.VERDICT_ICONS[row.verdict]
+    times = [("From", [labels.format_time(row.start)]), ("To", [labels.format_time(row.end)])]
     blocks = [
-        Headline(row["tag"], verdict, labels.VERDICT_ICONS[verdict], line, sure, row["reason"], row["action"], facts),
-        Definitions([("Source", [row["source"]]), *times, warnings]),
+        Headline(row.tag, row.verdict, icon, line, sure, row.reason, row.action, facts),
+        Definitions([("Source", [row.source]), *times, ("Data warnings", list(row.data_warnings))]),
     ]
     [headline, origin] = blocks_to_plain(blocks)
     return {
-        "diagnosis": None, "tag": row["tag"], "verdict": verdict, "headline": headline, "trends": [],
+        "diagnosis": None, "tag": row.tag, "verdict": row.verdict, "headline": headline, "trends": [],
         "sections": [{"title": "Origin", "blocks": [origin]}], "stretches": [],
     }  # fmt: skip
 
 
-def _change_note(audit: Audit, tag: str, row: dict[str, Any], record: LoopRecord) -> str:
+def _change_note(audit: Audit, tag: str, row: LoopRow, record: LoopRecord) -> str:
     """Say when the source was changed after the audit."""
     started = audit.run["started"]
     times = [Path(name).stat().st_mtime for name in audit.source_of(tag).part.names if Path(name).is_file()]
     is_newer = started and times and max(times) > datetime.fromisoformat(started).timestamp()
-    if is_newer or (row["samples"] is not None and row["samples"] != len(record)):
-        return f" ({row['source']} was changed after the audit; run the audit again)"
+    if is_newer or (row.samples is not None and row.samples != len(record)):
+        return f" ({row.source} was changed after the audit; run the audit again)"
     return ""
 
 
