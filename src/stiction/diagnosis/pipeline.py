@@ -6,16 +6,20 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from stiction.diagnosis.detection import detect_all
 from stiction.diagnosis.identification.identify_record import fit_segment
+from stiction.diagnosis.identification.loop_response import fit_response
 from stiction.diagnosis.segment import judge_segment
-from stiction.diagnosis.verdict.causes import assess_causes
-from stiction.diagnosis.verdict.decision import Costs, decide
+from stiction.diagnosis.verdict.cause_features import CauseInput, compute_cause_features
+from stiction.diagnosis.verdict.causes import assess_causes, find_detectable_S
+from stiction.diagnosis.verdict.decision import DEFAULT_SMALLEST_S, Costs, decide
 from stiction.diagnosis.verdict.diagnosis import Diagnosis
 from stiction.diagnosis.verdict.features import FeatureInput, compute_features
-from stiction.diagnosis.verdict.model import stiction_model
+from stiction.diagnosis.verdict.model import log_odds, stiction_model
 from stiction.diagnosis.verdict.readings import compare_readings
-from stiction.errors import require_probability
+from stiction.errors import require_positive, require_probability
 from stiction.records.quality.movement import spike_share
 from stiction.records.record import require_record
 
@@ -25,7 +29,9 @@ if TYPE_CHECKING:
 __all__ = ["diagnose"]
 
 
-def diagnose(record: LoopRecord, *, prior: float = 0.25, costs: Costs | None = None) -> Diagnosis:
+def diagnose(
+    record: LoopRecord, *, prior: float = 0.25, costs: Costs | None = None, smallest_S: float = DEFAULT_SMALLEST_S
+) -> Diagnosis:
     """Say whether the valve of a loop sticks, how much, how sure that is, and what to do.
 
     Parameters
@@ -35,7 +41,9 @@ def diagnose(record: LoopRecord, *, prior: float = 0.25, costs: Costs | None = N
     prior : float
         Share of sticky valves where the record comes from [-].
     costs : Costs, optional
-        What a false alarm, a missed sticky valve and an open question cost; 1, 1 and 0.2 when not given.
+        What a false alarm, a missed sticky valve and an open question cost; 1, 1 and 0.3 when not given.
+    smallest_S : float
+        Smallest S that matters [% of span]: no valve is called good whose stiction of this size would not have shown.
 
     Returns
     -------
@@ -48,7 +56,7 @@ def diagnose(record: LoopRecord, *, prior: float = 0.25, costs: Costs | None = N
     RecordError
         When the record has no PV at all, or is a path or the list that `read` gives.
     ParameterError
-        When the prior is not between 0 and 1.
+        When the prior is not between 0 and 1, or `smallest_S` is not positive.
 
     Notes
     -----
@@ -63,12 +71,13 @@ def diagnose(record: LoopRecord, *, prior: float = 0.25, costs: Costs | None = N
     """
     require_record(record)
     require_probability("prior", prior)
+    smallest_S = require_positive("smallest_S", smallest_S, "% of span")
     if record.other_readings:
         readings = (replace(record, other_readings=()), *record.other_readings)
-        return compare_readings([diagnose(one, prior=prior, costs=costs) for one in readings])
+        return compare_readings([diagnose(one, prior=prior, costs=costs, smallest_S=smallest_S) for one in readings])
     segment, costs = judge_segment(record), costs or Costs()
     if not segment.loop_state.in_control:
-        return Diagnosis(segment, "undecided", prior, prior=prior, costs=costs)
+        return Diagnosis(segment, "undecided", prior, prior=prior, costs=costs, smallest_S=smallest_S)
     fitted = fit_segment(segment)
     position_gain = math.nan if fitted.position is None else fitted.position.likelihood_ratio
     features = compute_features(
@@ -79,15 +88,25 @@ def diagnose(record: LoopRecord, *, prior: float = 0.25, costs: Costs | None = N
     )  # fmt: skip
     model = stiction_model()
     probability = model.probability(features, prior)
-    causes = assess_causes(
-        fitted.by_pv, fitted.controller, segment.oscillation, probability, pv_step_share=segment.pv_step_share,
-        spike_share=spike_share(segment.pv),
+    response = fit_response(segment.op, segment.pv, segment.dt, segment.period, fitted.controller, fitted.by_pv)
+    sp = segment.part.sp
+    cause_features = compute_cause_features(
+        CauseInput(
+            segment.op, segment.pv, sp if sp is not None and np.isfinite(sp).all() else None, segment.dt,
+            segment.signals.op_step, segment.pv_step_share, spike_share(segment.pv), segment.oscillation,
+            fitted.controller, fitted.by_pv, response, log_odds(model.probability(features)),
+        )
     )  # fmt: skip
+    S_detectable = find_detectable_S(cause_features, response)
     return Diagnosis(
         segment=segment,
-        verdict=decide(probability, costs),
+        verdict=decide(probability, costs, excluded=S_detectable is not None and S_detectable <= smallest_S),
         probability=probability,
-        oscillation_cause=causes,
+        oscillation_cause=assess_causes(cause_features, prior),
+        S_detectable=S_detectable,
+        smallest_S=smallest_S,
+        cause_features=cause_features,
+        response=response,
         evidence=detect_all(segment.part, segment.oscillation),
         identification=fitted.identification,
         controller=fitted.controller,

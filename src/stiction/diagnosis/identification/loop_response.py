@@ -1,5 +1,4 @@
-"""What a linear prediction of PV says of the loop: whether OP moves PV, how near the loop is to instability, and what a
-sticky valve would have shown.
+"""What a linear prediction of PV says: whether OP moves it, how stable the loop is, what stiction would have shown.
 
 PV follows what it did before, outside waves at its three largest peaks, and OP. Without the waves a valve that is stuck
 beside a periodic load seems to act on PV, because OP, an integral of PV, carries the phase of the load.

@@ -1,4 +1,4 @@
-"""The features from which the causes of an oscillation are computed: one table, as `features.FEATURES` for the verdict."""
+"""The features from which the causes of an oscillation are computed: one table."""
 
 from __future__ import annotations
 
@@ -125,7 +125,7 @@ def _sensitivity(found: CauseInput, *, linear: bool) -> float:
 
 
 def _period_over_limit(found: CauseInput, *, plain: bool) -> float:
-    """ln of the period of the oscillation over that at the limit of stability."""
+    """Ln of the period of the oscillation over that at the limit of stability."""
     margin = found.response.plain if plain else found.response.beside_waves
     period = found.oscillation.period if found.oscillation.oscillating else math.nan
     return math.log(period / margin.period)
@@ -238,12 +238,14 @@ def _feature(
 
 
 CAUSE_FEATURES: tuple[CauseFeature, ...] = (
-    _feature("log_odds", "log odds of stiction by the verdict's model", "valve+ external unseen+", lambda x: x.log_odds),
+    _feature("log_odds", "log odds of stiction by the verdict's model", "valve+ external unseen+",
+             lambda x: x.log_odds),
     _feature("over_good", "asinh(LLR / 20)", "valve+ tuning external unseen+", _ratio("good")),
     _feature("over_deadband", "asinh(LLR / 20)", "valve unseen", _ratio("deadband")),
     _feature("over_dead_zone", "asinh(LLR / 20)", "valve+ dead_zone- unseen+", _ratio("dead_zone")),
     _feature("beside_load", "asinh(LLR / 20)", "valve+ unseen+", _ratio("beside_periodic_load")),
-    _feature("load_over_good", "asinh(LLR / 20)", "valve tuning external+ dead_zone unseen", _over_good("periodic_load")),
+    _feature("load_over_good", "asinh(LLR / 20)", "valve tuning external+ dead_zone unseen",
+             _over_good("periodic_load")),
     _feature("relay_over_good", "asinh(LLR / 20)", "external+ dead_zone unseen", _over_good("relay_load")),
     _feature("zone_over_good", "asinh(LLR / 20)", "dead_zone+ external-",
              _zone(lambda x: log_evidence(_zone_gain(x)))),
@@ -256,19 +258,21 @@ CAUSE_FEATURES: tuple[CauseFeature, ...] = (
     _feature("stem_gain", "asinh(gain / standard error), waves and OP beside", "valve unseen",
              lambda x: math.asinh(x.response.stem_gain)),
     _feature("stem_gain_beside_op", "asinh(gain / standard error)", "valve+",
-             lambda x: math.asinh(x.controller.action * x.identification.process_gains.get("stem_beside_op", math.nan))),
+             lambda x: math.asinh(x.controller.action * x.identification.process_gains["stem_beside_op"])),
     _feature("band_to_swing", "S / range of OP", "valve unseen",
              lambda x: min(x.identification.S / max(x.op_range, 1e-9), 1.5)),
     _feature("op_effect", "asinh(BIC gain of OP / 20), waves beside", "tuning external unseen-",
              lambda x: log_evidence(x.response.op_effect)),
     _feature("op_gain", "asinh(gain of OP / standard error), waves beside", "external unseen-",
              lambda x: math.asinh(x.response.op_gain)),
-    _feature("op_effect_plain", "asinh(BIC gain of OP / 20)", "unseen", lambda x: log_evidence(x.response.op_effect_plain)),
+    _feature("op_effect_plain", "asinh(BIC gain of OP / 20)", "unseen",
+             lambda x: log_evidence(x.response.op_effect_plain)),
     _feature("margin_low", "15 % point of ln(gain margin), waves beside", "tuning- external unseen",
              lambda x: x.response.beside_waves.low),
     _feature("margin_high", "85 % point of ln(gain margin), waves beside", "tuning- unseen",
              lambda x: x.response.beside_waves.high),
-    _feature("plain_margin_low", "15 % point of ln(gain margin)", "tuning- external unseen", lambda x: x.response.plain.low),
+    _feature("plain_margin_low", "15 % point of ln(gain margin)", "tuning- external unseen",
+             lambda x: x.response.plain.low),
     _feature("plain_margin_high", "85 % point of ln(gain margin)", "tuning- unseen", lambda x: x.response.plain.high),
     _feature("period_to_limit", "ln(period / period at the limit of stability), waves beside", "tuning external",
              lambda x: _period_over_limit(x, plain=False)),
@@ -284,12 +288,14 @@ CAUSE_FEATURES: tuple[CauseFeature, ...] = (
              lambda x: _line(x, wide=math.inf)),
     _feature("regularity", "regularity of the oscillation", "tuning external",
              lambda x: min(x.oscillation.regularity, 10.0)),
-    _feature("oscillates", "1 where the loop oscillates", "external rate_limit", lambda x: float(x.oscillation.oscillating)),
+    _feature("oscillates", "1 where the loop oscillates", "external rate_limit",
+             lambda x: float(x.oscillation.oscillating)),
     _feature("damping", "-lg(1 - largest pole of PV)", "tuning unseen", _damping),
     _feature("sp_in_pv", "share of PV's power that goes with SP", "set_point tuning external unseen",
              lambda x: _coherence(x, "pv")),
     _feature("sp_in_op", "share of OP's power that goes with SP", "set_point", lambda x: _coherence(x, "op")),
-    _feature("sp_in_error", "share of the error's power that goes with SP", "set_point", lambda x: _coherence(x, "error")),
+    _feature("sp_in_error", "share of the error's power that goes with SP", "set_point",
+             lambda x: _coherence(x, "error")),
     _feature("sp_size", "deviation of SP over that of PV", "set_point+ unseen", _sp_size),
     _feature("sp_cycles", "1 where SP has the same period", "set_point+", lambda x: float(x.oscillation.sp_cycles)),
     _feature("at_rate", "share of OP's moves at the largest rate", "rate_limit+ external", _at_rate),
@@ -298,7 +304,8 @@ CAUSE_FEATURES: tuple[CauseFeature, ...] = (
     _feature("at_limits", "share of the samples with OP at its ends", "tuning rate_limit external",
              lambda x: _at_limits(x, both=False)),
     _feature("at_both_limits", "smaller share of both ends", "tuning", lambda x: _at_limits(x, both=True)),
-    _feature("pv_step", "quantisation step of PV over its range", "sensor+ external dead_zone-", lambda x: x.pv_step_share),
+    _feature("pv_step", "quantisation step of PV over its range", "sensor+ external dead_zone-",
+             lambda x: x.pv_step_share),
     _feature("spikes", "share of single samples off", "sensor+", lambda x: x.spike_share),
     _feature("white", "variance of PV's moves over twice its variance", "sensor external- unseen", _white),
     _feature("op_range", "ln(range of OP)", "unseen", lambda x: math.log(max(x.op_range, 1e-3)), "ln(% of span)"),

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from stiction.diagnosis.loop_state import LoopState
     from stiction.diagnosis.result import Oscillation, Verdict
     from stiction.diagnosis.verdict.causes import OscillationCause
+    from stiction.diagnosis.verdict.finding import Finding
     from stiction.records.assess import Quality
     from stiction.records.record import LoopRecord
 
@@ -22,8 +23,10 @@ __all__ = ["explain_action", "explain_reason", "feature_label"]
 
 CAUSE_TEXT = {
     "valve": "The valve drives the oscillation.",
-    "tuning": "The controller gain is near the limit of stability.",
+    "tuning": "The controller gain is near the limit of stability, or above it.",
     "external": "A load from outside the loop drives the oscillation.",
+    "set_point": "The set point moves, and PV follows it.",
+    "rate_limit": "OP moves at a limit of its rate, too slow for the loop.",
     "sensor": "The PV signal is too coarse or has spikes that the controller follows.",
     "dead_zone": "PV does not respond in a range of OP at fixed values, as between two valves in split range.",
 }
@@ -31,10 +34,15 @@ CAUSE_TEXT = {
 CAUSE_ACTION = {
     "tuning": "Lower the controller gain, or lengthen the integral time.",
     "external": "Look for loops and machines upstream with the same period.",
+    "set_point": "Look at what moves the set point.",
+    "rate_limit": "Raise the rate limit of OP, or lower the controller gain.",
     "sensor": "Check the transmitter, its filter and its resolution.",
     "dead_zone": "Check the split-range calibration and the valve seat at that OP.",
 }
 """What to do about each cause other than the valve."""
+NOT_IN_RECORD = "The cause of the oscillation is not in this record."
+PLAY_TEXT = "The valve has play (a deadband without slip jump) of about {S:.1f} {unit}."
+PLAY_ACTION = "Check linkage, actuator coupling and positioner feedback for play."
 
 MIN_ANALYSED_SHARE = 0.8
 """Share of the record in the analysed part below which the share is said [-]."""
@@ -94,6 +102,21 @@ class Findings(Protocol):
         ...
 
     @property
+    def finding(self) -> Finding:
+        """What is said first, as a code."""
+        ...
+
+    @property
+    def next_step(self) -> str:
+        """The cheapest test that decides what is open."""
+        ...
+
+    @property
+    def S_detectable(self) -> float | None:
+        """Smallest S that would have shown [% of span]."""
+        ...
+
+    @property
     def strongest_alternative(self) -> tuple[str, float] | None:
         """The closest explanation without stiction."""
         ...
@@ -134,7 +157,10 @@ def _evidence(found: Findings) -> str:
     if supported == "stiction":
         return f"A valve with a stiction band S of {size} predicts the {signal} better than a good valve.{against}"
     if supported == "no_stiction":
-        return f"A sticky valve does not predict the {signal} clearly better than other explanations.{against}"
+        shown = (
+            "" if found.S_detectable is None else (f" Stiction above {found.S_detectable:.1f} {unit} would have shown.")
+        )
+        return f"A sticky valve does not predict the {signal} clearly better than other explanations.{shown}"
     return f"The evidence does not decide: the most likely sticky valve has S of {size}.{against}"
 
 
@@ -167,8 +193,11 @@ MAX_EQUAL_FIT = 2.0
 
 
 def _alternative_text(name: str, ratio: float) -> str:
-    fits = "fits about as well" if abs(ratio) < MAX_EQUAL_FIT else "fits worse" if ratio > 0.0 else "fits better"
-    return f"The closest other explanation, {ALTERNATIVE_TEXT[name]}, {fits}."
+    """Say what the sticky valve was compared with, and with what result."""
+    other = ALTERNATIVE_TEXT[name]
+    if abs(ratio) < MAX_EQUAL_FIT:
+        return f"{other[0].upper()}{other[1:]} predicts it about as well."
+    return f"{other[0].upper()}{other[1:]} predicts it {'less well' if ratio > 0.0 else 'better'}."
 
 
 def _oscillation(found: Findings) -> str:
@@ -179,12 +208,20 @@ def _oscillation(found: Findings) -> str:
 
 
 def _causes(found: Findings) -> str:
-    causes = found.oscillation_cause
-    others = [name for name in CAUSE_ACTION if getattr(causes, name) >= 0.5]
-    text = " ".join(_dead_zone(found) if name == "dead_zone" else CAUSE_TEXT[name] for name in others)
-    if found.verdict == "stiction" and others:
-        return f"The valve sticks, and something else affects the loop too: {text}"
-    return text
+    if found.finding == "cause_unknown":
+        return NOT_IN_RECORD
+    others = _other_causes(found)
+    texts = [_dead_zone(found) if name == "dead_zone" else CAUSE_TEXT[name] for name in others]
+    if found.finding == "backlash" and found.identification is not None:
+        texts.insert(0, PLAY_TEXT.format(S=found.identification.S, unit=found.record.op_unit_short))
+    if found.verdict == "stiction" and texts:
+        texts.insert(0, "The valve sticks, and something else affects the loop too:")
+    return " ".join(texts)
+
+
+def _other_causes(found: Findings) -> list[str]:
+    """Causes other than the valve that are named."""
+    return [name for name in found.oscillation_cause.named if name in CAUSE_ACTION]
 
 
 def _dead_zone(found: Findings) -> str:
@@ -228,12 +265,14 @@ def explain_action(found: Findings) -> str:
     """Say what to do, in one or two imperative sentences."""
     if not found.loop_state.in_control:
         return describe_action(found.loop_state)
-    others = [CAUSE_ACTION[name] for name in CAUSE_ACTION if getattr(found.oscillation_cause, name) >= 0.5]
+    if found.finding == "cause_unknown":
+        return found.next_step
+    others = [CAUSE_ACTION[name] for name in _other_causes(found)]
     if found.verdict == "stiction":
         first = "Check packing, actuator and positioner; confirm with a ramp test before the valve is taken out."
         return " ".join([first, *others])
-    if found.verdict == "undecided":
-        return " ".join(["Run a ramp test of the valve, or record more oscillation periods.", *others])
+    if found.finding == "backlash":
+        return " ".join([PLAY_ACTION, *others])
     if others:
         return " ".join(others)
-    return "No action on the valve."
+    return found.next_step or "No action on the valve."
