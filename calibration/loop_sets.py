@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from calibration.populations import Case
+    from calibration.populations.kinds import KindCase
+    from calibration.second_simulator.kinds import SecondKind
     from stiction.records import LoopRecord
 
 __all__ = ["FIRST_SIMULATOR", "SETS", "KnownLoop", "draw_chunk", "read_recorded_loops"]
@@ -27,6 +29,8 @@ CAUSES = (
 """Causes of the eight loops of a chunk of `population`: one in four sticks."""
 STORED_EFFECTS = ("sampling", "averaging", "interpolation", "exception", "swinging door", "quantisation")
 """What a historian does to a loop of the set `stored`."""
+STORED_SHARE = 0.25
+"""Share of the loops of the set `kinds` that a historian stores [-]."""
 MAX_EFFECT = 0.3
 """Largest strength of that effect [-]."""
 FIRST_SIMULATOR = (
@@ -44,6 +48,8 @@ SETS = {
     "two_faults": 6,
     "split_range": 6,
     "second": 8,
+    "kinds": 24,
+    "second_kinds": 19,
 }
 """Sets of simulated loops and the loops in a chunk of each."""
 
@@ -87,8 +93,9 @@ def draw_chunk(name: str, number: int, seed: int) -> Iterator[KnownLoop]:
     from calibration import populations
 
     own, count = 100_000 * seed + number, SETS[name]
-    if name == "second":
-        yield from _draw_second(own, count)
+    if name in ("second", "kinds", "second_kinds"):
+        draw_own = {"second": _draw_second, "kinds": _draw_kinds, "second_kinds": _draw_second_kinds}[name]
+        yield from draw_own(own, count)
         return
     if name in ("population", "stored", "position"):
         cases = populations.population(count, CAUSES, own, historian=False, position=name == "position")
@@ -163,7 +170,35 @@ def _draw_second(own: int, count: int) -> Iterator[KnownLoop]:
             yield KnownLoop(loop.record, loop.record.tag, loop.truth.sticky, truth)
 
 
-def _store(case: Case, rng: np.random.Generator) -> tuple[LoopRecord, tuple[str, ...]]:
+def _draw_kinds(own: int, count: int) -> Iterator[KnownLoop]:
+    """Loops of the first simulator of the kinds that advice is about, one in four as a historian stores it."""
+    from calibration.populations.kinds import kind_population
+
+    rng = np.random.default_rng([own, 56])
+    for i, case in enumerate(kind_population(count, own)):
+        record, effects = _store(case, rng) if rng.random() < STORED_SHARE else (case.record, ())
+        yield KnownLoop(record, f"kinds-{own}-{i}", case.sticky, _kind_truth(case, "+".join(effects) or "raw"))
+
+
+def _draw_second_kinds(own: int, count: int) -> Iterator[KnownLoop]:
+    """Loops of the second simulator of the kinds that advice is about."""
+    from calibration.second_simulator.kinds import SECOND_KINDS, sample_kind
+
+    for i, kind in zip(range(count), SECOND_KINDS, strict=False):
+        case = sample_kind(kind, own)
+        sticky = case.S >= 1.0 and 0.1 * min(case.S, 1e9) <= case.J
+        yield KnownLoop(case.record, f"second_kinds-{own}-{i}", sticky, _kind_truth(case, case.storage))
+
+
+def _kind_truth(case: KindCase | SecondKind, storage: str) -> dict[str, str | float]:
+    """Columns of a loop of a kind; its causes joined by a plus."""
+    return {
+        "cause": case.kind, "causes": "+".join(case.causes), "true_S": case.S, "true_J": case.J, "storage": storage,
+        "stem_turns": count_stem_turns(case.record.op, case.S, case.J) if np.isfinite(case.S) else 0,
+    }  # fmt: skip
+
+
+def _store(case: Case | KindCase, rng: np.random.Generator) -> tuple[LoopRecord, tuple[str, ...]]:
     """The record of a case after one effect of a historian."""
     from calibration.historian import apply_effect
 

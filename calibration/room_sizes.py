@@ -1,4 +1,4 @@
-"""Size of the diagnosis: lines, files and numbers, and their limits. Part of `make check`.
+"""Sizes of the package and of some of its rooms, and their limits. Part of `make check`.
 
 A line of code holds more than a comment, a docstring or nothing. A number is a numeric literal other than 0, 1 and 2
 in an assignment of a module or a class, or the default of a parameter or a field.
@@ -15,12 +15,20 @@ from typing import NamedTuple
 
 PACKAGE = Path(__file__).resolve().parents[1] / "src" / "stiction"
 LIMITS = {
-    "diagnosis": {"code": 5000, "lines": 8600, "numbers": 250},
-    "diagnosis/identification": {"code": 2600, "files": 22},
-    "diagnosis/verdict": {"code": 700},
+    ".": {"lines": 64900},
+    "apps": {"lines": 9900},
+    "diagnosis": {"code": 5300, "lines": 9000, "numbers": 250},
+    "diagnosis/identification": {"code": 2600, "files": 24},
+    "diagnosis/verdict": {"code": 900},
 }
-"""Largest allowed size of each room."""
-ALSO_PRINTED = ("records", "sources")
+"""Largest allowed size of each room: a tenth above what it was when the limit was set."""
+ADVICE = """A limit is reached. In this order:
+1. Delete what is done twice: repeated lines, and a second path to the same result.
+2. Move what only training, validation or tests need to calibration/ or tests/.
+3. Use a library for what is not the purpose of the package.
+4. If the room now does more than before, raise its limit in calibration/room_sizes.py to a tenth above its size, in a
+   commit whose message says what was added."""
+ALSO_PRINTED = ("limitcycle", "models", "records", "report", "simulation", "sources", "valvetests")
 NOT_CODE = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER}
 
 
@@ -56,7 +64,7 @@ def count_numbers(text: str) -> int:
         if isinstance(node, ast.arguments):
             values += [*node.defaults, *node.kw_defaults]
     literals = [node.value for value in values if value for node in ast.walk(value) if isinstance(node, ast.Constant)]
-    return sum(type(one) in (int, float) and one not in (0, 1, 2) for one in literals)
+    return sum(type(value) in (int, float) and value not in (0, 1, 2) for value in literals)
 
 
 def measure(room: str) -> Size:
@@ -72,12 +80,12 @@ def main() -> int:
     print(f"{'room':28}{'files':>7}{'code':>7}{'lines':>7}{'numbers':>9}")
     for room in (*LIMITS, *ALSO_PRINTED):
         size = measure(room)
-        print(f"{room:28}{size.files:7}{size.code:7}{size.lines:7}{size.numbers:9}")
+        print(f"{room if room != '.' else 'src/stiction':28}{size.files:7}{size.code:7}{size.lines:7}{size.numbers:9}")
         for name, limit in LIMITS.get(room, {}).items():
-            found = getattr(size, name)
-            if found > limit:
-                exceeded.append(f"{room}: {found} {name}, at most {limit}")
-    print("\n".join(exceeded) or "sizes: within the limits")
+            measured = getattr(size, name)
+            if measured > limit:
+                exceeded.append(f"{'src/stiction' if room == '.' else room}: {measured} {name}, at most {limit}")
+    print("\n".join([*exceeded, ADVICE]) if exceeded else "sizes: within the limits")
     return 1 if exceeded else 0
 
 

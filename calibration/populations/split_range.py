@@ -19,7 +19,7 @@ from stiction.records.record import LoopRecord
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-__all__ = ["split_range_population"]
+__all__ = ["draw_split_range", "split_range_population"]
 
 SPLIT_RANGE = 11
 """Follows the seed and number of a loop, so that none is drawn like one of another population."""
@@ -57,10 +57,11 @@ def split_range_population(n: int, seed: int = 0) -> Iterator[Case]:
     [('dead zone', False), ('dead zone', False)]
     """
     for i in range(n):
-        yield _draw(np.random.default_rng([seed, i, SPLIT_RANGE]), f"split-{i:04d}")
+        yield draw_split_range(np.random.default_rng([seed, i, SPLIT_RANGE]), f"split-{i:04d}")
 
 
-def _draw(rng: np.random.Generator, tag: str) -> Case:
+def draw_split_range(rng: np.random.Generator, tag: str) -> Case:
+    """Draw one loop with a gap between two good valves."""
     n, dt, dead = int(rng.integers(*SAMPLES)), float(rng.choice([1.0, 2.0, 5.0, 10.0])), int(rng.integers(*DEAD_TIME))
     half, centre = 0.5 * log_uniform(rng, *GAP), float(rng.uniform(*CENTRE))
     gain, keep = 10.0 ** float(rng.uniform(-0.5, 0.8)), float(np.exp(-1.0 / log_uniform(rng, *TIME_CONSTANT)))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from stiction.models import Choudhury, He, HeWang, Kano, Srinivasan, Stenman
-from stiction.models.parameter_conversion import SJ_to_friction_bands, SJ_to_stick_bands, stick_bands_to_SJ
+from stiction.models.parameter_conversion import convert_bands
 from stiction.models.parameter_sets import published_valve
 from stiction.models.valves.he_wang import overshoot_factor
 
@@ -40,16 +40,16 @@ def sticky_valve(rng: np.random.Generator, dt: float, model: str | None = None) 
     if model == "Choudhury":
         return Choudhury(S, J), S, J
     if model == "He":
-        return He(*SJ_to_friction_bands(S, J)), S, J
+        return He(*convert_bands(S, J, "S, J", "fs, fd")), S, J
     if model == "Srinivasan":
         rate = float(rng.choice([0.0, 0.3 * rng.random() * S / dt]))
-        return Srinivasan(*SJ_to_stick_bands(S, J), rate), S, J
+        return Srinivasan(*convert_bands(S, J, "S, J", "sb, sj"), rate), S, J
     if model == "Stenman":
         return Stenman(S), S, S
-    fs, fd = SJ_to_friction_bands(S, J)
+    fs, fd = convert_bands(S, J, "S, J", "fs, fd")
     if model == "HeWang":
         K = float(rng.uniform(1.0, min(2.0, fs / (fs - fd))))
-        return HeWang(fs, fd, K), *stick_bands_to_SJ(fs, K * (fs - fd))
+        return HeWang(fs, fd, K), *convert_bands(fs, K * (fs - fd), "sb, sj", "S, J")
     return physical_valve(str(rng.choice(PUBLISHED_BODIES)), fs, fd)
 
 
@@ -69,7 +69,7 @@ def physical_valve(body: str, fs: float, fd: float) -> tuple[PhysicalValve, floa
         body, static=fs * force, coulomb=fd * force, stribeck_velocity=2e-4 * plain.stroke,
         velocity_tolerance=2e-5 * plain.stroke, substep=plain.time_constant / 40.0,
     )  # fmt: skip
-    return valve, *stick_bands_to_SJ(fs, sj)
+    return valve, *convert_bands(fs, sj, "sb, sj", "S, J")
 
 
 def deadband_valve(rng: np.random.Generator) -> tuple[Valve, float, float]:
@@ -78,5 +78,5 @@ def deadband_valve(rng: np.random.Generator) -> tuple[Valve, float, float]:
     J = S * float(rng.choice([0.0, LEAST_JUMP * rng.random()]))
     made = str(rng.choice(["Kano", "Choudhury", "Srinivasan"], p=[0.5, 0.25, 0.25]))
     if made == "Srinivasan":
-        return Srinivasan(*SJ_to_stick_bands(S, J), 0.0), S, J
+        return Srinivasan(*convert_bands(S, J, "S, J", "sb, sj"), 0.0), S, J
     return (Kano if made == "Kano" else Choudhury)(S, J), S, J

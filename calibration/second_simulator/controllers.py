@@ -45,17 +45,17 @@ class Controller(NamedTuple):
 
 
 @nb.njit(cache=True, nogil=True)
-def controller_step(controller, dt, error, pv, last_error, last_pv, op, integral, derivative):
-    """One execution; return OP and the states of the integral and the derivative."""
+def controller_step(controller, dt, error, pv, last_error, last_pv, op, integral, derivative, low, high):
+    """One execution, OP between its limits; return OP and the states of the integral and the derivative."""
     form, gain, Ti, Td, N, gap, gap_gain = controller
     if form == VELOCITY_PI:
         op += gain * (error - last_error + dt / Ti * error)
-        return min(max(op, 0.0), 100.0), integral, derivative
+        return min(max(op, low), high), integral, derivative
     if form == ISA_PID:
         ratio = Td / (Td + N * dt)
         derivative = ratio * derivative - gain * N * ratio * (pv - last_pv)
         free = gain * error + integral + derivative
-        out = min(max(free, 0.0), 100.0)
+        out = min(max(free, low), high)
         if free == out:
             integral += gain * dt / Ti * error
         return out, integral, derivative
@@ -64,6 +64,6 @@ def controller_step(controller, dt, error, pv, last_error, last_pv, op, integral
     elif form == GAP and abs(error) < gap:
         gain *= gap_gain
     free = gain * error + integral
-    out = min(max(free, 0.0), 100.0)
+    out = min(max(free, low), high)
     integral += gain * dt / Ti * error + dt / Ti * (out - free)
     return out, integral, derivative

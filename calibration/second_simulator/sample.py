@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from calibration.second_simulator import historian
-from calibration.second_simulator.closed_loop import SUBSTEPS, run_loop
+from calibration.second_simulator.closed_loop import SUBSTEPS, Output, run_loop
 from calibration.second_simulator.controllers import ERROR_SQUARED, FORMS, GAP, ISA_PID, Controller
 from calibration.second_simulator.disturbances import background_load, wave_load
 from calibration.second_simulator.processes import Process, draw_process, ultimate_point
@@ -118,7 +118,19 @@ def _try_loop(rng: np.random.Generator, seed: int, cause: str) -> SimulatedLoop 
     delay = max(round(process.dead_time / dt * SUBSTEPS), 0)
     bend = float(rng.choice((0.0, 0.0, rng.uniform(-0.6, 0.6))))
     op, pv, stem = run_loop(
-        tuple(controller), tuple(valve), Ad, Bd, process.C[0].copy(), delay, dt, sp, load, noise, bend, start
+        tuple(controller),
+        tuple(valve),
+        Ad,
+        Bd,
+        process.C[0].copy(),
+        delay,
+        dt,
+        sp,
+        load,
+        noise,
+        bend,
+        start,
+        tuple(Output()),
     )
     op, pv, stem, sp = op[warm:], pv[warm:], stem[warm:], sp[warm:]
     if not np.abs(pv).max() < 60.0 or float(op.std()) < 1e-3:

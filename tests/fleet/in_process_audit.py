@@ -42,6 +42,6 @@ def warm_kernels_once(samples: int, dt: float) -> tuple[float, float]:
 def audits_in_this_process() -> Iterator[None]:
     """Do the loops of audits in this process, and time the kernels once."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("stiction.fleet.audit_run.ProcessEngine", InProcessEngine)
-        patch.setattr("stiction.fleet.audit_run.warm_kernels", warm_kernels_once)
+        patch.setattr("stiction.fleet.audit_stages.ProcessEngine", InProcessEngine)
+        patch.setattr("stiction.fleet.audit_stages.warm_kernels", warm_kernels_once)
         yield

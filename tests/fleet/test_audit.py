@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import threading
+from dataclasses import replace
 from datetime import datetime, timedelta
 
 import numpy as np
@@ -13,11 +14,11 @@ import pytest
 import stiction as st
 from fleet.small_plant import records, require_same, require_sound_ledger, write_plant
 from stiction.errors import ParameterError, RecordError
-from stiction.fleet import Progress, compare_audits, confirmed_share, find_loop_places
+from stiction.fleet import LoopRow, Progress, compare_audits, confirmed_share, find_loop_places
 from stiction.fleet.labels import append_label
+from stiction.fleet.loop_work import cut_time
 from stiction.fleet.progress import LoopRate
 from stiction.fleet.rank import rank_members, rank_row, rank_rows
-from stiction.fleet.reduced_record import cut_time, reduce_record
 from stiction.records.parquet_writer import to_parquet
 from stiction.report import write_audit_page
 
@@ -55,14 +56,6 @@ def test_rows_tell_the_truth(found):
     require_sound_ledger(found.folder, 24)
 
 
-def test_verdicts_are_those_of_the_full_record(found):
-    """Short records are not averaged: their verdicts are the ones of `diagnose`."""
-    for record in records()[:6]:
-        row = found.row(record.tag)
-        if row["status"] == "diagnosed":
-            assert row["probability"] == st.diagnose(found.read(record.tag)).to_dict()["probability"]
-
-
 def test_rows_are_ranked_and_sum_up(found):
     priorities = [row["priority"] for row in found.rows]
     assert priorities == sorted(priorities, reverse=True)
@@ -98,7 +91,7 @@ def test_changed_source_is_audited_again(tmp_path):
 
 def test_budget_screens_all_and_the_next_run_does_the_rest(plant, tmp_path, found):
     some = st.audit(plant, tmp_path / "audit", workers=1, budget=0.001)
-    assert some.counts["screened"] == 20
+    assert some.counts["screened"] == 24
     assert some.counts["diagnosed"] == 0
     require_same(st.audit(plant, tmp_path / "audit", workers=2), found)
 
@@ -112,7 +105,7 @@ def test_interrupt_keeps_what_is_done(plant, tmp_path, found):
         st.audit(plant, tmp_path / "audit", workers=1, progress=stop)
     half = st.open_audit(tmp_path / "audit")
     assert half.run["finished"] is None
-    assert half.counts["diagnosed"] == 16
+    assert half.counts["screened"] == 24 - 16
     require_same(st.audit(plant, tmp_path / "audit", workers=2), found)
 
 
@@ -189,9 +182,11 @@ def test_members_that_follow_a_source_come_after_it():
     """Three loops oscillate alike; the third has a sticky valve of its own."""
     roots = [{"tag": tag, "probability": p} for tag, p in (("A", 0.8), ("B", 0.16), ("C", 0.04))]
     group = {"number": 1, "leading_roots": ["A"], "roots": roots}
-    about = {"verdict": "no_stiction", "confidence": 0.9, "priority": 0.6}
-    rows = [about | {"tag": tag} for tag in "ABCD"]
-    rows[2]["verdict"] = "stiction"
+    verdicts = ("no_stiction", "no_stiction", "stiction", "no_stiction")
+    rows = [
+        LoopRow(tag, verdict=verdict, confidence=0.9, priority=0.6)
+        for tag, verdict in zip("ABCD", verdicts, strict=True)
+    ]
     ranked = rank_members(rows, [group])
     assert [row["priority"] for row in ranked] == pytest.approx([0.6, 0.12, 0.6, 0.6])
     assert [(row["group"], row["follows"]) for row in ranked] == [(1, None), (1, "A"), (1, None), (None, None)]
@@ -200,20 +195,20 @@ def test_members_that_follow_a_source_come_after_it():
 @pytest.mark.parametrize("cause", ["external", "tuning"])
 def test_load_from_outside_is_no_fault_of_the_loop(cause):
     """Of two loops that oscillate alike, the one that its tuning moves comes before one that a load moves."""
-    row = {"status": "diagnosed", "loop_state": "in_control", "probability": 0.05, "severity": 0.9, "importance": 1.0}
-    row |= {"oscillating": True, "oscillation_causes": {"valve": 0.02, "tuning": 0.1, "external": 0.1} | {cause: 0.95}}
+    causes = {"valve": 0.02, "tuning": 0.1, "external": 0.1} | {cause: 0.95}
+    row = LoopRow("A", status="diagnosed", loop_state="in_control", probability=0.05, severity=0.9)
+    row = replace(row, oscillating=True, oscillation_causes=causes)
     assert rank_row(row)["priority"] == pytest.approx(0.9 * (0.95 if cause == "tuning" else 0.1))
 
 
 def test_loops_that_were_not_judged_come_last():
     rows = [
-        {"tag": "FROZEN", "status": "skipped", "loop_state": "pv_frozen", "severity": 0.9},
-        {"tag": "FAILED", "status": "error", "loop_state": None, "severity": 0.0},
-        {"tag": "GOOD", "status": "diagnosed", "loop_state": "in_control", "severity": 0.1},
-        {"tag": "SWAPPED", "status": "diagnosed", "loop_state": "signals_swapped", "severity": 0.1},
+        LoopRow("FROZEN", status="skipped", loop_state="pv_frozen", severity=0.9),
+        LoopRow("FAILED", status="error"),
+        LoopRow("GOOD", status="diagnosed", loop_state="in_control", severity=0.1),
+        LoopRow("SWAPPED", status="diagnosed", loop_state="signals_swapped", severity=0.1),
     ]
-    about = {"probability": 0.1, "importance": 1.0, "oscillating": False, "oscillation_causes": {"valve": 0.0}}
-    ranked = rank_rows([rank_row(row | about) for row in rows])
+    ranked = rank_rows([rank_row(replace(row, probability=0.1)) for row in rows])
     assert [row["tag"] for row in ranked] == ["SWAPPED", "GOOD", "FROZEN", "FAILED"]
     assert [row["priority"] for row in ranked[2:]] == [0.0, 0.0]
 
@@ -248,7 +243,7 @@ def test_stop_finishes_the_loops_in_work(plant, tmp_path, found):
             stop.set()
 
     half = st.audit(plant, tmp_path / "audit", workers=1, progress=watch, stop=stop)
-    assert (half.run["finished"], half.counts["diagnosed"]) == (None, 16)
+    assert (half.run["finished"], half.counts["screened"]) == (None, 24 - 16)
     require_same(st.audit(plant, tmp_path / "audit", workers=2), found)
 
 
@@ -295,18 +290,21 @@ def test_pattern_map_and_places(plant, tmp_path):
     assert row["priority"] == pytest.approx(2.5 * row["severity"] * row["confidence"])
 
 
+def with_row(audit, tag, **values):
+    """The audit with other values in one row."""
+    return replace(audit, rows=[replace(row, **values) if row.tag == tag else row for row in audit.rows])
+
+
 def test_compare_and_labels(found, copy):
     audit = st.open_audit(copy)
     assert {row["change"] for row in compare_audits(audit, found)} == {"same"}
     sticky = [row["tag"] for row in audit.rows if row["verdict"] == "stiction"]
-    healed = st.open_audit(copy)
-    row = healed.row(sticky[0])
-    row |= {"verdict": "no_stiction", "S": None, "S_low": None, "oscillation_cause": "none"}
+    good = {"verdict": "no_stiction", "S": None, "S_low": None, "oscillation_cause": "none"}
+    healed = with_row(audit, sticky[0], **good)
     changes = {one["tag"]: one["change"] for one in compare_audits(healed, found)}
     assert changes[sticky[0]] == "gone"
     assert {one["tag"]: one["change"] for one in compare_audits(found, healed)}[sticky[0]] == "new"
-    worse = st.open_audit(copy)
-    worse.row(sticky[1]).update(S=90.0, S_low=80.0, S_high=95.0)
+    worse = with_row(audit, sticky[1], S=90.0, S_low=80.0, S_high=95.0)
     assert {one["tag"]: one["change"] for one in compare_audits(worse, found)}[sticky[1]] == "worse"
     assert confirmed_share(audit)["precision"] is None
     for tag, label in ((sticky[0], "repaired"), (sticky[1], "not stiction"), (sticky[2], "stiction")):
@@ -343,14 +341,9 @@ def test_bad_input_names_what_to_do(plant, tmp_path, copy):
         st.audit(plant, copy)
 
 
-def test_short_records_keep_periods():
+def test_record_is_cut_to_the_audited_time():
     t = np.arange(17280.0)
-    record = st.LoopRecord("A", 5.0, op=np.sin(2 * np.pi * t / 240), pv=np.cos(2 * np.pi * t / 240))
-    slow = reduce_record(record, 1200.0)
-    assert slow.dt == 30.0
-    assert np.allclose(slow.op, record.op[: len(slow) * 6].reshape(-1, 6).mean(axis=1))
-    fast = reduce_record(record, 60.0)
-    assert (fast.dt, len(fast)) == (5.0, 3000)
+    record = st.LoopRecord("A", 5.0, op=t, pv=t)
     dated = st.LoopRecord("A", 5.0, op=t, pv=t, start=datetime(2026, 3, 2))
     cut = cut_time(dated, datetime(2026, 3, 2, 1), datetime(2026, 3, 2, 2))
     assert (len(cut), cut.start) == (720, datetime(2026, 3, 2) + timedelta(hours=1))

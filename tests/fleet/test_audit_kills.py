@@ -109,20 +109,20 @@ def test_killed_worker_at_any_moment(plant, tmp_path, undisturbed, k):
 def run_two_batches(tmp_path, monkeypatch, run_batch) -> dict[int, str]:
     """Screen six loops in two batches with another `run_batch`: number -> status."""
     from fleet.small_plant import records
-    from stiction.fleet import worker_process
+    from stiction.fleet import engine as engines
     from stiction.fleet.batch import Batch, LoopTask
     from stiction.fleet.block_means import common_clock
     from stiction.fleet.engine import ProcessEngine
     from stiction.fleet.find_loops import find_loop_places
-    from stiction.fleet.loop_row import WorkSettings
+    from stiction.fleet.loop_work import WorkSettings
 
     source = write_plant(tmp_path / "plant.parquet", 6)
     settings = WorkSettings(common_clock(records(6)))
     tasks = tuple(LoopTask(k, place) for k, place in enumerate(find_loop_places([str(source)], {})))
-    monkeypatch.setattr(worker_process, "run_batch", run_batch)
+    monkeypatch.setattr(engines, "run_batch", run_batch)
     engine = ProcessEngine(2)
     outcomes = engine.run([Batch(tasks[:3], settings), Batch(tasks[3:], settings)], lambda: True)
-    found = [(one.number, one.row["status"]) for each in outcomes for one in each]
+    found = [(one.number, one.row.status) for each in outcomes for one in each]
     engine.close()
     assert len(found) == 6
     return dict(found)
@@ -132,7 +132,7 @@ def test_loop_that_kills_its_worker_is_a_row(tmp_path, monkeypatch):
     """A loop that ends its process twice is "crashed"; the others have their rows."""
     found = run_two_batches(tmp_path, monkeypatch, _run_batch_with_a_killer)
     assert found.pop(2) == "crashed"
-    assert set(found.values()) == {"screened", "skipped"}
+    assert set(found.values()) == {"screened"}
 
 
 def test_worker_killed_while_it_sends_a_result(tmp_path, monkeypatch):
@@ -141,7 +141,7 @@ def test_worker_killed_while_it_sends_a_result(tmp_path, monkeypatch):
     found = run_two_batches(tmp_path, monkeypatch, _run_batch_and_send_half)
     assert (tmp_path / "sent_half").is_file()
     assert set(found) == set(range(6))
-    assert set(found.values()) == {"screened", "skipped"}
+    assert set(found.values()) == {"screened"}
 
 
 def _run_batch_with_a_killer(batch):
@@ -160,7 +160,7 @@ def _run_batch_and_send_half(batch):
         Path(os.environ["SENT_HALF"]).touch(exist_ok=False)
     except FileExistsError:
         return run_batch(batch)
-    pipe = sys._getframe(1).f_locals["pipe"]
+    pipe = sys._getframe(2).f_locals["pipe"]
     os.write(pipe.fileno(), struct.pack("!i", 100_000) + b"x" * 1000)
     os._exit(9)
 

@@ -10,9 +10,7 @@ import numpy as np
 import polars as pl
 import pytest
 
-from stiction.fleet import Audit, write_exports
-from stiction.fleet.batch import failed_row
-from stiction.fleet.source_parts import LoopPlace, SourcePart
+from stiction.fleet import Audit, LoopRow, write_exports
 from stiction.report import write_audit_page
 
 FORMULAS = ["=1+1", "+1", "-FIC", "@sum", "\tTAB", "\rCR"]
@@ -29,18 +27,12 @@ def make_audit(folder, count: int) -> Audit:
     ]
     rows, parts = [], {}
     for k, tag in enumerate(tags[:count]):
-        row = failed_row(LoopPlace(tag, SourcePart(("plant.parquet",)), k, area=f"U{k % 40:02d}"), "diagnosed", "why")
-        row |= {
-            "verdict": ("stiction", "no_stiction", "undecided")[k % 3],
-            "probability": float(rng.uniform()),
-            "group": None,
-        }
-        row |= {
-            "priority": 1.0 - k / count,
-            "loop_state": "in_control",
-            "S": float(rng.uniform(-5, 5)) if k % 3 else None,
-        }
-        row |= {"period_s": float(rng.uniform(10, 1000)), "data_warnings": ["gaps"] if k % 7 == 0 else []}
+        row = LoopRow(
+            tag, f"U{k % 40:02d}", "plant.parquet", "diagnosed", ("stiction", "no_stiction", "undecided")[k % 3],
+            reason="why", loop_state="in_control", probability=float(rng.uniform()), priority=1.0 - k / count,
+            S=float(rng.uniform(-5, 5)) if k % 3 else None, period_s=float(rng.uniform(10, 1000)),
+            data_warnings=("gaps",) if k % 7 == 0 else (),
+        )  # fmt: skip
         rows.append(row)
         parts[tag] = (k + 1, "")
     run = {"started": "2026-03-02T06:00:00", "finished": None, "window": "..", "since": None, "until": None}

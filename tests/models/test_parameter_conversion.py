@@ -11,41 +11,39 @@ from hypothesis import strategies as hs
 from tests.strategies import ORDERED, inputs
 
 import stiction as st
-from stiction.models import parameter_conversion
-from stiction.models.parameter_conversion import convert_valve
+from stiction.models.parameter_conversion import BANDS, convert_bands, convert_valve
 
 
 @given(pair=ORDERED)
-def test_numbers_go_round(pair):
-    S, J = pair
-    friction = parameter_conversion.SJ_to_friction_bands(S, J)
-    stick = parameter_conversion.SJ_to_stick_bands(S, J)
-    assert parameter_conversion.friction_bands_to_SJ(*friction) == (S, J)
-    assert parameter_conversion.stick_bands_to_SJ(*stick) == (S, J)
-    assert parameter_conversion.friction_to_stick_bands(*friction) == stick
-    assert parameter_conversion.stick_to_friction_bands(*stick) == friction
+def test_bands_there_and_back(pair):
+    for source in BANDS:
+        start = convert_bands(*pair, "S, J", source)
+        for target in BANDS:
+            assert convert_bands(*convert_bands(*start, source, target), target, "S, J") == pair
 
 
 def test_numbers_of_a_published_valve():
     """After the USP valve: fs 12.644 %, fd 11.347 % are S 23.990 %, J 1.2968 % (check N20)."""
-    S, J = parameter_conversion.friction_bands_to_SJ(12.6437, 11.3469)
+    S, J = convert_bands(12.6437, 11.3469, "fs, fd", "S, J")
     assert pytest.approx(23.990, abs=1e-3) == S
     assert pytest.approx(1.2968, abs=1e-4) == J
 
 
 def test_stick_bands_may_overshoot_where_friction_bands_may_not():
-    assert parameter_conversion.SJ_to_stick_bands(S=1.0, J=3.0) == (2.0, 3.0)
-    assert parameter_conversion.stick_bands_to_SJ(sb=2.0, sj=3.0) == (1.0, 3.0)
-    with pytest.raises(st.ParameterError, match=r"J = 3 % exceeds S = 1 %.*keep it as Kano"):
-        parameter_conversion.SJ_to_friction_bands(S=1.0, J=3.0)
-    with pytest.raises(st.ParameterError, match="sj = 3 % exceeds sb = 2 %"):
-        parameter_conversion.stick_to_friction_bands(sb=2.0, sj=3.0)
+    assert convert_bands(1.0, 3.0, "S, J", "sb, sj") == (2.0, 3.0)
+    assert convert_bands(2.0, 3.0, "sb, sj", "S, J") == (1.0, 3.0)
+    with pytest.raises(st.ParameterError, match=r"S = 1 % and J = 3 % have no \(fs, fd\): fd would be -1 %.*keep"):
+        convert_bands(1.0, 3.0, "S, J", "fs, fd")
+    with pytest.raises(st.ParameterError, match=r"sb = 2 % and sj = 3 % have no \(fs, fd\)"):
+        convert_bands(2.0, 3.0, "sb, sj", "fs, fd")
+    with pytest.raises(st.ParameterError, match=r"sb = 1 % and sj = 3 % have no \(S, J\): S would be -1 %"):
+        convert_bands(1.0, 3.0, "sb, sj", "S, J")
 
 
 TABLED = st.Srinivasan(st.Table([0.0, 100.0], [1.0, 2.0]), 0.5, 0.0)
 
 REFUSED = [
-    (st.Kano(1.0, 3.0), "He", {}, "overshooting valve has no"),
+    (st.Kano(1.0, 3.0), "He", {}, "have no .fs, fd.: fd would be -1"),
     (st.Kano(1.0, 3.0), "Choudhury", {}, "differs from Kano's"),
     (st.Choudhury(1.0, 3.0), "Srinivasan", {}, "use Kano"),
     (st.Kano(3.0, 1.0), "Stenman", {}, "S = J = d"),
@@ -118,7 +116,7 @@ def test_bands_of_nothing_are_the_ideal_valve(op):
 @given(S=hs.floats(allow_nan=True, allow_infinity=True), J=hs.floats(allow_nan=True, allow_infinity=True))
 def test_bad_numbers_get_a_sentence(S, J):
     if 0.0 <= J <= S < math.inf:
-        assert parameter_conversion.SJ_to_friction_bands(S, J)[0] >= 0.0
+        assert convert_bands(S, J, "S, J", "fs, fd")[0] >= 0.0
     else:
         with pytest.raises(st.ParameterError, match=r"^[SJ]\b.*(give|finite|keep)"):
-            parameter_conversion.SJ_to_friction_bands(S, J)
+            convert_bands(S, J, "S, J", "fs, fd")

@@ -1,6 +1,7 @@
 """``stiction audit``: many loops, ranked, grouped, resumable."""
 
 import difflib
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Group, Parameter
@@ -10,7 +11,7 @@ from stiction.apps.reading_options import ReadingOptions
 from stiction.errors import ParameterError, StictionError
 
 if TYPE_CHECKING:
-    from stiction.fleet import Audit
+    from stiction.fleet import Audit, LoopRow
 
 __all__ = ["audit", "print_audit"]
 
@@ -18,37 +19,13 @@ SOURCES = "What to read: files, folders, patterns or database URLs, as for `stic
 Results = Group("Results", sort_key=2)
 
 
-def audit(
-    *sources: Annotated[str, Parameter(name="SOURCE", help=SOURCES, allow_leading_hyphen=True)],
-    out: Annotated[str | None, Parameter(group=Results)] = None,
-    as_json: JsonOption = False,
-    workers: int | None = None,
-    dask: str | None = None,
-    budget: str | None = None,
-    loops: str | None = None,
-    connections: str | None = None,
-    ledger: Annotated[str | None, Parameter(group=Results)] = None,
-    signals: Annotated[str | None, Parameter(group=Results)] = None,
-    compare: Annotated[str | None, Parameter(group=Results)] = None,
-    pages: Annotated[int, Parameter(group=Results)] = 10,
-    page: Annotated[tuple[str, ...], Parameter(group=Results, negative="")] = (),
-    retry: Annotated[bool, Parameter(negative="")] = False,
-    time_limit: float = 60.0,
-    prior: float = 0.25,
-    costs: tuple[float, float, float] = (1.0, 1.0, 0.2),
-    reading: ReadingOptions = ReadingOptions(),  # noqa: B008 (frozen)
-) -> int:
-    """Audit the loops of a plant: screen all, diagnose worst first, rank them, group shared oscillations.
-
-    Ctrl-C stops; the same command goes on. Without SOURCE it shows the audit in --out again. Exit code 1 when a valve
-    sticks, 0 when none does, 3 when the source or the folder cannot be used or every loop failed.
+@Parameter(name="*")
+@dataclass(frozen=True)
+class WorkOptions:
+    """How an audit works.
 
     Parameters
     ----------
-    out
-        Folder for the results: a new one, or the one of an earlier audit.
-    as_json
-        Print one object with loops (ranked), groups and counts, and nothing else, on the output.
     workers
         Worker processes; one for each core when not given.
     dask
@@ -63,12 +40,6 @@ def audit(
         URL of a PostgreSQL database for the results; a file in --out when not given.
     signals
         Folder for the averaged signals; signals in --out when not given.
-    compare
-        Folder of an earlier audit: say what is new, worse, same, better and gone.
-    pages
-        Write a page for each of this many loops, the worst first; 10 when not given.
-    page
-        Write the page of the loop with this tag too. May be repeated.
     retry
         Try loops again that failed before.
     time_limit
@@ -78,6 +49,48 @@ def audit(
     costs
         Cost of a false alarm, of a missed sticky valve, and of an open question; 1 1 0.2 when not given.
     """
+
+    workers: int | None = None
+    dask: str | None = None
+    budget: str | None = None
+    loops: str | None = None
+    connections: str | None = None
+    ledger: Annotated[str | None, Parameter(group=Results)] = None
+    signals: Annotated[str | None, Parameter(group=Results)] = None
+    retry: Annotated[bool, Parameter(negative="")] = False
+    time_limit: float = 60.0
+    prior: float = 0.25
+    costs: tuple[float, float, float] = (1.0, 1.0, 0.2)
+
+
+def audit(
+    *sources: Annotated[str, Parameter(name="SOURCE", help=SOURCES, allow_leading_hyphen=True)],
+    out: Annotated[str | None, Parameter(group=Results)] = None,
+    as_json: JsonOption = False,
+    compare: Annotated[str | None, Parameter(group=Results)] = None,
+    pages: Annotated[int, Parameter(group=Results)] = 10,
+    page: Annotated[tuple[str, ...], Parameter(group=Results, negative="")] = (),
+    work: WorkOptions = WorkOptions(),
+    reading: ReadingOptions = ReadingOptions(),  # noqa: B008 (frozen)
+) -> int:
+    """Audit the loops of a plant: diagnose all, worst first, rank them, group shared oscillations.
+
+    Ctrl-C stops; the same command goes on. Without SOURCE it shows the audit in --out again. Exit code 1 when a valve
+    sticks, 0 when none does, 3 when the source or the folder cannot be used or every loop failed.
+
+    Parameters
+    ----------
+    out
+        Folder for the results: a new one, or the one of an earlier audit.
+    as_json
+        Print one object with loops (ranked), groups and counts, and nothing else, on the output.
+    compare
+        Folder of an earlier audit: say what is new, worse, same, better and gone.
+    pages
+        Write a page for each of this many loops, the worst first; 10 when not given.
+    page
+        Write the page of the loop with this tag too. May be repeated.
+    """
     from stiction.apps.output import print_err, print_json, print_out
 
     reject_misplaced_options(sources, audit)
@@ -86,12 +99,12 @@ def audit(
     if pages < 0:
         raise ParameterError(f"--pages {pages} is negative; give 0 or more.")
     other = None if compare is None else _open(compare, None, "--compare ")
-    found = _run(sources, out, locals()) if sources else _open(out, ledger)
+    found = _run(sources, out, work, reading, page, quiet=as_json) if sources else _open(out, work.ledger)
     if found is None:
         print_err("Stopped. The results so far are stored; run the same command again to continue.")
         return 130
     if not sources:
-        _check_pages(page, [row["tag"] for row in found.rows])
+        _check_pages(page, [row.tag for row in found.rows])
     changes = None
     if other is not None:
         from stiction.fleet import compare_audits
@@ -110,32 +123,30 @@ def audit(
     return int(counts["stiction"] > 0)
 
 
-def _run(sources: tuple[str, ...], out: str, given: dict[str, Any]) -> "Audit | None":
+def _run(
+    sources: tuple[str, ...], out: str, work: WorkOptions, reading: ReadingOptions, pages: tuple[str, ...], *,
+    quiet: bool,
+) -> "Audit | None":  # fmt: skip
     """Run the audit with a progress bar; None after Ctrl-C."""
     from stiction.apps.audit_interrupt import AuditInterrupt
     from stiction.apps.audit_progress import AuditBar
     from stiction.apps.output import print_err
-    from stiction.fleet import Progress
-    from stiction.fleet import audit as run_audit
+    from stiction.fleet import AuditOptions, Progress
+    from stiction.fleet import audit as audit_plant
 
-    reading = given["reading"].arguments()
-    since, until, map_file = (reading.pop(name, None) for name in ("since", "until", "map"))
-    names = ("workers", "dask", "budget", "loops", "connections", "ledger", "signals", "retry")
-    names += ("time_limit", "prior", "costs")
-    chosen = {name: given[name] for name in names}
+    arguments = reading.arguments()
+    window = {name: arguments.pop(name, None) for name in ("since", "until", "map")}
+    options = AuditOptions(**vars(work), **window, reading=arguments)
 
     def watch(progress: Progress) -> None:
         if progress.stage == "find" and progress.details:
-            _check_pages(given["page"], progress.details["tags"])
+            _check_pages(pages, progress.details["tags"])
         interrupt.stage = progress.stage
         bar.update(progress)
 
     try:
-        with AuditBar(quiet=given["as_json"]) as bar, AuditInterrupt() as interrupt:
-            found = run_audit(
-                sources, out, since=since, until=until, map=map_file, reading=reading, progress=watch,
-                stop=interrupt.stop, **chosen,
-            )  # fmt: skip
+        with AuditBar(quiet=quiet) as bar, AuditInterrupt() as interrupt:
+            found = audit_plant(sources, out, options, progress=watch, stop=interrupt.stop)
     except KeyboardInterrupt:
         print_err("Stopped. The results so far are stored; run the same command again to continue.")
         raise
@@ -177,20 +188,19 @@ def _write(found: "Audit", changes: list[dict[str, Any]] | None, pages: int, tag
     for row in found.rows:
         if len(written) == pages:
             break
-        if row["status"] == "diagnosed":
+        if row.status == "diagnosed":
             try:
-                if row["tag"] not in tags:
-                    write_loop_page(found, row["tag"])
-                written.add(row["tag"])
+                if row.tag not in tags:
+                    write_loop_page(found, row.tag)
+                written.add(row.tag)
             except Exception as error:  # one page must not cost the table and the other pages
-                print_err(f"The page of {row['tag']} was not written: {error}")
+                print_err(f"The page of {row.tag} was not written: {error}")
     return str(write_audit_page(found, changes=changes))
 
 
 def print_audit(found: "Audit", changes: list[dict[str, Any]] | None = None) -> None:
     """Print counts, the ten worst loops, the groups, and what changed."""
     from stiction.apps.output import print_out, print_table
-    from stiction.display import format_probability, format_seconds
     from stiction.report import labels
 
     counts = found.counts
@@ -202,15 +212,12 @@ def print_audit(found: "Audit", changes: list[dict[str, Any]] | None = None) -> 
     )
     rows = [
         [
-            row["tag"],
-            row["group"] or "",
-            labels.VERDICTS[row["verdict"]] if row["status"] == "diagnosed" else row["status"],
-            (row["loop_state"] or "").replace("_", " "),
-            f"follows {row['follows']}" if row["follows"] else labels.CAUSES.get(row["oscillation_cause"], ""),
-            format_probability(row["probability"]) if row["status"] == "diagnosed" else "",
-            "" if row["S"] is None else f"{row['S']:.2g}",
-            format_seconds(row["period_s"]) if row["period_s"] else "",
-            f"{row['priority']:.2f}",
+            row.tag,
+            row.text("group"),
+            labels.VERDICTS[row.verdict] if row.status == "diagnosed" else row.status,
+            row.text("loop_state"),
+            f"follows {row.follows}" if row.follows else labels.CAUSES.get(row.oscillation_cause, ""),
+            *(row.text(name) for name in ("probability", "S", "period_s", "priority")),
         ]
         for row in found.worst(10)
     ]
@@ -233,7 +240,7 @@ def _print_not_judged(found: "Audit", *, max_tags: int = 10) -> None:
     """Print the loops that were not judged, and the tags that the source does not have."""
     from stiction.apps.output import print_out
 
-    loops = [f"{row['tag']} ({_state_text(row)})" for row in found.not_judged]
+    loops = [f"{row.tag} ({_state_text(row)})" for row in found.not_judged]
     for what, tags in (
         ("Not judged", loops),
         ("Tags of the map that the source does not have", found.missing_tags["map_tags"]),
@@ -244,7 +251,5 @@ def _print_not_judged(found: "Audit", *, max_tags: int = 10) -> None:
             print_out(f"\n{what}: {', '.join(tags[:max_tags])}{more}")
 
 
-def _state_text(row: dict[str, Any]) -> str:
-    if row["status"] in ("error", "timeout", "crashed"):
-        return row["status"]
-    return (row["loop_state"] or row["status"]).replace("_", " ")
+def _state_text(row: "LoopRow") -> str:
+    return row.text("status") if row.failed or row.loop_state is None else row.text("loop_state")

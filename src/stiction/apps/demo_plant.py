@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from stiction.fleet import Audit
+    from stiction.fleet import Audit, LoopRow
     from stiction.simulation.plant import PlantLoop, SimulatedPlant
 
 __all__ = ["demo_plant_audit", "plant_truth", "write_plant_files"]
@@ -106,13 +106,13 @@ def plant_truth(plant: SimulatedPlant, found: Audit) -> list[dict[str, Any]]:
     rows, sources = [], {group["number"]: group["leading_roots"] for group in found.groups}
     for loop in plant.loops:
         row = found.row(loop.record.tag)
-        sticky, is_called = loop.cause == "stiction", row["verdict"] == "stiction"
-        right = sticky == is_called and (row["loop_state"] == loop.state or (loop.state == "in_control" and not sticky))
+        sticky, is_called = loop.cause == "stiction", row.verdict == "stiction"
+        right = sticky == is_called and (row.loop_state == loop.state or (loop.state == "in_control" and not sticky))
         if loop.cause == "tight tuning":
-            right &= row["oscillation_cause"] == "tuning"
+            right &= row.oscillation_cause == "tuning"
         if loop.cause == "external disturbance":
-            right &= row["oscillation_cause"] == "external" or loop.root in sources.get(row["group"], ())
-        rows.append({"tag": row["tag"], "truth": _truth_text(loop), "found": _found_text(row), "right": right})
+            right &= row.oscillation_cause == "external" or loop.root in sources.get(row.group, ())
+        rows.append({"tag": row.tag, "truth": _truth_text(loop), "found": _found_text(row), "right": right})
     return rows
 
 
@@ -126,14 +126,12 @@ def _truth_text(loop: PlantLoop) -> str:
     return "nothing wrong" if loop.cause == "none" else loop.cause
 
 
-def _found_text(row: dict[str, Any]) -> str:
-    if row["loop_state"] != "in_control":
-        return (row["loop_state"] or row["status"]).replace("_", " ")
-    text = row["verdict"].replace("_", " ")
-    if row["S"] is not None and row["verdict"] == "stiction":
-        text += f", S = {row['S']:.1f} %"
-    cause = row["oscillation_cause"].replace("_", " ")
-    return f"{text}, cause {cause}" + (f", group {row['group']}" if row["group"] else "")
+def _found_text(row: LoopRow) -> str:
+    if row.loop_state != "in_control":
+        return row.text("loop_state") or row.text("status")
+    size = f", S = {row.text('S')} %" if row.verdict == "stiction" else ""
+    group = f", group {row.group}" if row.group else ""
+    return f"{row.text('verdict')}{size}, cause {row.text('oscillation_cause')}{group}"
 
 
 def _group_truth(plant: SimulatedPlant, found: Audit) -> list[dict[str, Any]]:

@@ -156,37 +156,40 @@ class ReadSources:
 
 
 def read_sources(sources: Sequence[str], options: dict[str, Any]) -> ReadSources:
-    """Read each source; sources without a complete loop, such as files with one tag each, are read together."""
+    """Read databases and the standard input each, and all files together as one source."""
     from stiction.apps.output import track
+    from stiction.sources.database_url import is_database_url
 
     result = ReadSources()
-    for source in track(sources, "Reading"):
-        _read_one(source, _shown(source), options, result)
-    incomplete = [failure for failure in result.failures if failure.fault is None]
-    if len(incomplete) > 1:
-        names = {failure.file for failure in incomplete}
-        together = ReadSources()
-        _read_one([source for source in sources if source in names], incomplete[0].file, options, together)
-        if together.records:
-            result.records += together.records
-            result.loops += together.loops
-            result.failures = [failure for failure in result.failures if failure not in incomplete]
+    alone = [source for source in sources if is_database_url(source) or source == "-"]
+    files = list(dict.fromkeys(source for source in sources if source not in alone))
+    together: list[str | list[str]] = [*alone]
+    if files:
+        together.append(files[0] if len(files) == 1 else files)
+    for source in track(together, "Reading"):
+        _read_one(source, options, result)
     return result
 
 
-def _read_one(source: str | list[str], name: str, options: dict[str, Any], result: ReadSources) -> None:
+def _read_one(source: str | list[str], options: dict[str, Any], result: ReadSources) -> None:
     from stiction.sources import open_loops
 
+    name = _shown(source) if isinstance(source, str) else ", ".join(source)
     try:
         loops = open_loops(source, **options)
-        result.records += loops.read()
-        result.loops.append(loops)
+        records, failures = loops.read_all()
     except RecordError as error:
         result.failures.append(Failure(name, None, error.text(option_text)))
     except StictionError:
         raise
     except Exception as error:
         result.failures.append(program_fault(name, None, error))
+    else:
+        result.records += records
+        result.loops.append(loops)
+        for file, tag, error in failures:
+            fault = error.__cause__ if isinstance(error.__cause__, Exception) else None
+            result.failures.append(Failure(file or name, tag, error.text(option_text), fault))
 
 
 def _shown(source: str) -> str:

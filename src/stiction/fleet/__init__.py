@@ -1,6 +1,7 @@
 """Many loops: audits of whole plants, numbers of each loop, oscillations that loops share, and their source."""
 
-from stiction.fleet.audit import Audit, open_audit
+from stiction.fleet.audit_options import AuditOptions
+from stiction.fleet.audit_result import Audit, open_audit
 from stiction.fleet.block_means import BlockMeans, Clock, common_clock, make_block_means
 from stiction.fleet.compare import compare_audits, confirmed_share
 from stiction.fleet.exports import write_exports
@@ -8,14 +9,16 @@ from stiction.fleet.find_loops import find_loop_places
 from stiction.fleet.group import Group, Member, RootCandidate, RootEvidence
 from stiction.fleet.labels import Label, LabelConflictError, append_label, read_labels
 from stiction.fleet.loop_metrics import LoopMetrics, compute_priority, loop_metrics
+from stiction.fleet.loop_row import LoopRow
 from stiction.fleet.oscillation_groups import group_oscillations
+from stiction.fleet.plant_audit import audit
 from stiction.fleet.progress import Progress
 from stiction.fleet.root_cause import LoopVerdict, RootWeights, rank_roots
-from stiction.fleet.run_audit import audit
 from stiction.fleet.source_parts import LoopPlace
 
 __all__ = [
     "Audit",
+    "AuditOptions",
     "BlockMeans",
     "Clock",
     "Group",
@@ -23,6 +26,7 @@ __all__ = [
     "LabelConflictError",
     "LoopMetrics",
     "LoopPlace",
+    "LoopRow",
     "LoopVerdict",
     "Member",
     "Progress",

@@ -8,12 +8,11 @@ import threading
 import time
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from stiction.errors import StictionError
-from stiction.fleet.loop_diagnosis import diagnose_loop
-from stiction.fleet.loop_row import WorkSettings, empty_row, require_row
-from stiction.fleet.screen import screen_loop
+from stiction.fleet.loop_row import LoopRow
+from stiction.fleet.loop_work import WorkSettings, diagnose_loop, screen_loop
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -21,7 +20,7 @@ if TYPE_CHECKING:
     from stiction.fleet.block_means import BlockMeans
     from stiction.fleet.source_parts import LoopPlace
 
-__all__ = ["Batch", "LoopTask", "Outcome", "failed_row", "run_batch"]
+__all__ = ["Batch", "LoopTask", "Outcome", "run_batch"]
 
 KILL_FACTOR = 10.0
 """Time over the limit of a loop after which its process ends itself [-], for what no signal interrupts."""
@@ -35,7 +34,7 @@ class LoopTask:
     """Number of the loop in the ledger."""
     place: LoopPlace
     """Where it is."""
-    screened: dict[str, Any] | None = None
+    screened: LoopRow | None = None
     """Its row of the screen, for the diagnosis; None for the screen."""
 
 
@@ -61,7 +60,7 @@ class Outcome:
 
     number: int
     """Number of the loop in the ledger."""
-    row: dict[str, Any]
+    row: LoopRow
     """Its row."""
     cpu_s: float
     """Processor time [s]."""
@@ -79,31 +78,25 @@ def run_batch(batch: Batch) -> list[Outcome]:
     return [_run_task(task, batch.settings) for task in batch.tasks]
 
 
-def failed_row(place: LoopPlace, status: str, reason: str) -> dict[str, Any]:
-    """Row of a loop that could not be done: status "error", "timeout" or "crashed"."""
-    return empty_row(place) | {"status": status, "reason": reason}
-
-
 def _run_task(task: LoopTask, settings: WorkSettings) -> Outcome:
     began = time.process_time()
-    place, means = task.place, None
+    means = None
     try:
         with _time_limit(settings.time_limit):
             if task.screened is None:
-                screened = screen_loop(place, settings)
-                row, means = screened.row, screened.means
+                row, means = screen_loop(task.place, settings)
             else:
-                row = diagnose_loop(place, settings, task.screened)
-            require_row(row)
+                row = diagnose_loop(task.place, settings, task.screened)
     except _LoopTimeoutError:
         limit = f"{settings.time_limit:g} s of processor time"
         reason = f"The loop took more than {limit}; raise time_limit, or shorten the record."
-        row, means = failed_row(place, "timeout", reason), None
+        row = LoopRow.of_place(task.place, status="timeout", reason=reason)
     except StictionError as error:
-        row, means = failed_row(place, "error", str(error)), None
+        row = LoopRow.of_place(task.place, status="error", reason=str(error))
     except Exception as error:
         text = " ".join(f"{type(error).__name__}: {error}".split())
-        row, means = failed_row(place, "error", f"an error in the program ({text}); please report it."), None
+        reason = f"an error in the program ({text}); please report it."
+        row = LoopRow.of_place(task.place, status="error", reason=reason)
     return Outcome(task.number, row, time.process_time() - began, means)
 
 

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING, Any
 
+from stiction.display.number_format import format_number
 from stiction.fleet.rank import FAULT_STATES
 
 if TYPE_CHECKING:
-    from stiction.fleet.audit import Audit
+    from stiction.fleet.audit_result import Audit
+    from stiction.fleet.loop_row import LoopRow
 
 __all__ = ["compare_audits", "confirmed_share", "has_finding"]
 
@@ -44,12 +46,12 @@ def compare_audits(
     Examples
     --------
     >>> from pathlib import Path
-    >>> from stiction.fleet.audit import Audit
+    >>> from stiction.fleet.audit_result import Audit
     >>> empty = Audit(Path("a"), [], [], {}, {})
     >>> compare_audits(empty, empty)
     []
     """
-    now, before = ({row["tag"]: row for row in one.rows} for one in (audit, other))
+    now, before = ({row.tag: row for row in one.rows} for one in (audit, other))
     rows = []
     for tag in dict.fromkeys([*now, *before]):
         new, old = now.get(tag), before.get(tag)
@@ -62,14 +64,12 @@ def compare_audits(
     return sorted(rows, key=lambda row: (CHANGES.index(row["change"]), -(row["priority"] or 0.0), row["tag"]))
 
 
-def has_finding(row: dict[str, Any] | None) -> bool:
+def has_finding(row: LoopRow | None) -> bool:
     """Whether a row says that something is wrong with the loop."""
     if row is None:
         return False
-    in_control = row["loop_state"] == "in_control" and row["status"] == "diagnosed"
-    return row["loop_state"] in FAULT_STATES or (
-        in_control and (row["verdict"] == "stiction" or row["oscillation_cause"] != "none")
-    )
+    is_faulty = row.verdict == "stiction" or row.oscillation_cause != "none"
+    return row.loop_state in FAULT_STATES or (row.in_control and is_faulty)
 
 
 def confirmed_share(audit: Audit) -> dict[str, Any]:
@@ -81,25 +81,25 @@ def confirmed_share(audit: Audit) -> dict[str, Any]:
         `confirmed` (labels "stiction" and "repaired"), `refuted` ("not stiction"), and `precision`, the share of the
         confirmed ones [-]; None when there is no label yet.
     """
-    sticky = {row["tag"] for row in audit.rows if row["verdict"] == "stiction"}
+    sticky = {row.tag for row in audit.rows if row.verdict == "stiction"}
     counts = Counter(label.label for tag, label in audit.labels().items() if tag in sticky)
     confirmed, refuted = sum(counts[name] for name in CONFIRMED), sum(counts[name] for name in REFUTED)
     total = confirmed + refuted
     return {"confirmed": confirmed, "refuted": refuted, "precision": confirmed / total if total else None}
 
 
-def _change(new: Any, old: Any, min_change: float, relative_change: float) -> tuple[str, str]:
-    if not has_finding(old):
+def _change(new: LoopRow | None, old: LoopRow | None, min_change: float, relative_change: float) -> tuple[str, str]:
+    if old is None or not has_finding(old):
         why = "No finding before." if old else "The loop was not in the earlier audit."
         return ("new", why) if has_finding(new) else ("", "")
-    if not has_finding(new):
+    if new is None or not has_finding(new):
         return "gone", "The loop has no finding now." if new else "The loop is not in this audit."
-    if new["S"] is not None and old["S"] is not None and new["S_low"] is not None and old["S_low"] is not None:
-        for one, two, change in ((new, old, "worse"), (old, new, "better")):
-            if one["S_low"] > two["S_high"]:
-                return change, f"S was {old['S']:.2g} %, and is {new['S']:.2g} %; the intervals do not overlap."
-    difference = new["priority"] - old["priority"]
-    if abs(difference) > max(min_change, relative_change * max(new["priority"], old["priority"])):
-        text = f"The priority was {old['priority']:.2g}, and is {new['priority']:.2g}."
+    for one, two, change in ((new, old, "worse"), (old, new, "better")):
+        if one.S_low is not None and two.S_high is not None and one.S_low > two.S_high:
+            texts = [row.text("S") + (" %" if row.op_unit == "% of span" else "") for row in (old, new)]
+            return change, f"S was {texts[0]}, and is {texts[1]}; the intervals do not overlap."
+    difference = new.priority - old.priority
+    if abs(difference) > max(min_change, relative_change * max(new.priority, old.priority)):
+        text = f"The priority was {format_number(old.priority)}, and is {format_number(new.priority)}."
         return ("worse" if difference > 0.0 else "better"), text
     return "same", ""

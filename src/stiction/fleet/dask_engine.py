@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from stiction.errors import MissingExtraError, RecordError
 from stiction.fleet.batch import Batch, Outcome, run_batch
 from stiction.fleet.engine import ProcessEngine, crashed_outcomes
-from stiction.fleet.worker_process import ONE_THREAD
+from stiction.worker_process import ONE_THREAD
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator

@@ -8,8 +8,9 @@ from multiprocessing.connection import wait
 from typing import TYPE_CHECKING, Protocol
 
 from stiction.errors import ParameterError, require_count
-from stiction.fleet.batch import Batch, Outcome, failed_row
-from stiction.fleet.worker_process import WorkerProcess
+from stiction.fleet.batch import Batch, Outcome, run_batch
+from stiction.fleet.loop_row import LoopRow
+from stiction.worker_process import WorkerProcess
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
@@ -38,39 +39,40 @@ class Engine(Protocol):
 
 
 class ProcessEngine:
-    """Worker processes of this machine, each with a pipe of its own.
-
-    A pool whose workers share one pipe, as that of joblib, waits forever when a worker is killed while it sends a
-    result.
-    """
+    """Worker processes of this machine."""
 
     def __init__(self, workers: int | None = None) -> None:
         self.workers = require_count("workers", workers if workers is not None else _cores())
-        self._started: list[WorkerProcess] = []
+        self._batches: dict[WorkerProcess, Batch | None] = {}
+        """What each worker does."""
 
     def run(self, batches: Iterable[Batch], go_on: Callable[[], bool]) -> Iterator[list[Outcome]]:
         """Run batches as long as `go_on` is true, and give the outcomes of each as it is done, in any order."""
         waiting, again, deaths, failed_starts = iter(batches), deque[Batch](), Counter[int](), 0
         while True:
-            idle = [worker for worker in self._started if worker.batch is None]
-            for _ in range(self.workers - len(self._started) + len(idle)):
+            idle = [worker for worker, batch in self._batches.items() if batch is None]
+            for _ in range(self.workers - len(self._batches) + len(idle)):
                 if not go_on() or (batch := again.popleft() if again else next(waiting, None)) is None:
                     break
-                (idle.pop() if idle else self._start()).send(batch)
-            busy = {one.pipe: (one, one.batch) for one in self._started if one.batch is not None}
+                worker = idle.pop() if idle else WorkerProcess()
+                self._batches[worker] = batch
+                worker.send(run_batch, batch)
+            busy = {worker.pipe: (worker, batch) for worker, batch in self._batches.items() if batch is not None}
             if not busy:
                 return
             ready = wait(list(busy), timeout=0.5)  # Windows does not see Ctrl-C in a longer wait
             for worker, batch in [busy[pipe] for pipe in busy if pipe in ready]:
+                outcomes = None
                 try:
-                    outcomes = worker.receive()
+                    if (answer := worker.receive()) is not None:
+                        [outcomes], self._batches[worker] = answer, None
                 except (EOFError, OSError):  # the worker is dead
                     self._end(worker)
-                    outcomes, number = None, batch.tasks[0].number
                     failed_starts += not worker.is_ready
                     if failed_starts > MAX_FAILED_STARTS:
                         text = f"workers = {self.workers} cannot be started; give fewer, or free some memory."
                         raise ParameterError(text) from None
+                    number = batch.tasks[0].number
                     deaths[number] += worker.is_ready and len(batch.tasks) == 1
                     if deaths[number] < MAX_SINGLE_TRIES:
                         again.extend(batch.split() if worker.is_ready else [batch])
@@ -82,23 +84,19 @@ class ProcessEngine:
 
     def close(self) -> None:
         """End all workers at once."""
-        while self._started:
-            self._end(self._started[-1])
-
-    def _start(self) -> WorkerProcess:
-        worker = WorkerProcess()
-        self._started.append(worker)
-        return worker
+        for worker in list(self._batches):
+            self._end(worker)
 
     def _end(self, worker: WorkerProcess) -> None:
         worker.kill()
-        self._started.remove(worker)
+        del self._batches[worker]
 
 
 def crashed_outcomes(batch: Batch) -> list[Outcome]:
     """Outcomes of loops that ended their worker."""
     reason = "The loop ended its worker twice (out of memory, or ten times its time limit); shorten the record."
-    return [Outcome(task.number, failed_row(task.place, "crashed", reason), 0.0) for task in batch.tasks]
+    rows = [LoopRow.of_place(task.place, status="crashed", reason=reason) for task in batch.tasks]
+    return [Outcome(task.number, row, 0.0) for task, row in zip(batch.tasks, rows, strict=True)]
 
 
 def _cores() -> int:

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     import polars as pl
 
-    from stiction.fleet.audit import Audit
+    from stiction.fleet.audit_result import Audit
 
 __all__ = ["write_exports"]
 

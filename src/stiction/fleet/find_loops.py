@@ -5,7 +5,7 @@ from __future__ import annotations
 import fnmatch
 import json
 import re
-from collections import Counter
+from collections import Counter, defaultdict
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Any
 from stiction.errors import ParameterError, RecordError, Setting
 from stiction.fleet.database_parts import find_loops_of_table
 from stiction.fleet.source_parts import LoopPlace, SourcePart
+from stiction.sources import open_loops
+from stiction.sources.database_url import is_database_url, show_url
 from stiction.sources.open_files import list_files
 
 if TYPE_CHECKING:
@@ -45,22 +47,30 @@ def find_loop_places(
     Raises
     ------
     RecordError
-        When a source cannot be read, or holds no loop.
+        When no source can be read, or none holds a loop.
     ParameterError
         When no tag matches the pattern, or an importance of the map is no number.
 
     Notes
     -----
-    Files that can each be opened alone, and share no tag, are parts of their own, so that no process reads more than it
-    needs; other files are opened together. The area of a loop is the one of the map, else the folder of its file where
-    files are in several folders, else the prefix of its tag.
+    A file is a part of its own, so that no process reads more than it needs, unless other files hold signals or further
+    times of its loops. A file that cannot be read has a place with the reason. The area of a loop is the one of the
+    map, else the folder of its file where files are in several folders, else the prefix of its tag.
     """
     return choose_loops(list_loop_places(sources, options), pattern)
 
 
 def list_loop_places(sources: Sequence[str], options: Mapping[str, Any]) -> list[LoopPlace]:
     """List all loops of the sources, as `find_loop_places` does; a tag may occur twice."""
-    return [place for source in sources for place in _places_of(source, options)]
+    if "-" in sources:
+        raise RecordError(
+            "an audit cannot read the standard input, because several processes read the source; give a file."
+        )
+    databases = [source for source in sources if is_database_url(source)]
+    names = [name for one in sources if one not in databases for name in list_files(one, subfolders=True)]
+    return [place for url in databases for place in _places_in_database(url, options)] + (
+        _places_in_files(list(dict.fromkeys(names)), options) if names else []
+    )
 
 
 def choose_loops(places: list[LoopPlace], pattern: str | None) -> list[LoopPlace]:
@@ -90,52 +100,41 @@ def area_of_tag(tag: str) -> str:
     return found[1] if found else ""
 
 
-def _places_of(source: str, options: Mapping[str, Any]) -> list[LoopPlace]:
-    """Loops of one source."""
-    from stiction.sources.database_url import is_database_url
+def _places_in_database(url: str, options: Mapping[str, Any]) -> list[LoopPlace]:
+    """Loops of one database."""
+    if found := find_loops_of_table(url, options):
+        return [place for loops in found for place in _places_of_table(url, options, loops)]
+    part = SourcePart((url,), json.dumps(dict(options)))
+    loops = part.open()
+    return [_place(loops, k, part, k, "") for k in range(len(loops))]
 
-    names = [source] if is_database_url(source) or source == "-" else list_files(source, subfolders=True)
-    if source == "-":
-        raise RecordError(
-            "an audit cannot read the standard input, because several processes read the source; give a file."
-        )
-    if is_database_url(source) and (found := find_loops_of_table(source, options)):
-        return [place for loops in found for place in _places_of_table(source, options, loops)]
-    parts = _split(names, json.dumps(dict(options)))
+
+def _places_in_files(names: list[str], options: Mapping[str, Any]) -> list[LoopPlace]:
+    """Loops of files, each in the part that must be opened to find it; a file that cannot be read is a place too."""
+    loops = open_loops(names, **options)
     folders = {Path(name).parent for name in names}
+    numbers: Counter[SourcePart] = Counter()
     places = []
-    for part in parts:
-        loops = part.open()
-        folder = Path(part.names[0]).parent.name if len(folders) > 1 else ""
-        places += _describe(part, loops, folder)
+    for k, files in enumerate(loops.files or [tuple(names)] * len(loops)):
+        zone = next((loops.zones[name] for name in files if name in loops.zones), None)
+        part = SourcePart(files, json.dumps(dict(options) | ({} if zone is None else {"timezone": zone})))
+        folder = Path(files[0]).parent.name if len(folders) > 1 else ""
+        places.append(_place(loops, k, part, numbers[part], folder))
+        numbers[part] += 1
+    for file, tag, error in loops.failures:
+        part = SourcePart((next((name for name in names if file.startswith(name)), file),), json.dumps(dict(options)))
+        places.append(LoopPlace(tag or part.display_name, part, 0, failure=str(error)))
     return places
 
 
-def _split(names: list[str], options: str) -> list[SourcePart]:
-    """Parts that can each be opened alone, or one part of all files."""
-    whole = SourcePart(tuple(names), options)
-    if len(names) == 1:
-        return [whole]
-    parts, tags = [SourcePart((name,), options) for name in names], Counter()
-    try:
-        for part in parts:
-            tags.update(tag.casefold() for tag in part.open().tags)
-            if max(tags.values()) > 1:
-                return [whole]
-    except RecordError:
-        return [whole]
-    return parts
-
-
-def _describe(part: SourcePart, loops: Loops, folder: str) -> list[LoopPlace]:
-    roles = loops.roles or [None] * len(loops)
-    places = []
-    for number, (tag, role) in enumerate(zip(loops.tags, roles, strict=True)):
-        area = (role.area if role else "") or folder or area_of_tag(tag)
-        importance = _importance(role.importance if role else "", tag)
-        span, master = (role.spans.get("pv"), role.master) if role else (None, "")
-        places.append(LoopPlace(tag, part, number, area, importance, span, master))
-    return places
+def _place(loops: Loops, k: int, part: SourcePart, number: int, folder: str) -> LoopPlace:
+    """Place of the loop number `k` of a source, which is the given number of its part."""
+    tag = loops.tags[k]
+    role = loops.roles[k] if k < len(loops.roles) else None
+    area = (role.area if role else "") or folder or area_of_tag(tag)
+    importance = _importance(role.importance if role else "", tag)
+    span, master = (role.spans.get("pv"), role.master) if role else (None, "")
+    return LoopPlace(tag, part, number, area, importance, span, master)
 
 
 def _places_of_table(source: str, options: Mapping[str, Any], loops: list[tuple[str, list[str]]]) -> list[LoopPlace]:
@@ -170,12 +169,31 @@ def _importance(text: str, tag: str) -> float:
 
 
 def _with_unique_tags(places: list[LoopPlace]) -> list[LoopPlace]:
-    """Add the file, and then a number, to tags that occur twice."""
+    """Add to tags that occur twice their file, with as many of its folders as are needed, and then a number."""
+    same: dict[str, list[LoopPlace]] = defaultdict(list)
+    for one in places:
+        same[one.tag].append(one)
+    files = {tag: _tell_apart([one.part.names[0] for one in group]) for tag, group in same.items() if len(group) > 1}
     seen: Counter[str] = Counter()
-    count = Counter(one.tag for one in places)
+    taken = set(same)
     unique = []
     for one in places:
-        name = one.tag if count[one.tag] == 1 else f"{one.tag} ({one.part.display_name})"
-        seen[name] += 1
-        unique.append(one if name == one.tag else replace(one, tag=name if seen[name] == 1 else f"{name} {seen[name]}"))
+        name = one.tag
+        if name in files:
+            name = base = f"{one.tag} ({files[one.tag][one.part.names[0]]})"
+            while name in taken:
+                seen[base] += 1
+                name = f"{base} {seen[base] + 1}"
+            taken.add(name)
+        unique.append(one if name == one.tag else replace(one, tag=name))
     return unique
+
+
+def _tell_apart(names: list[str]) -> dict[str, str]:
+    """The end of each path by which it differs from the others; of a database its URL without a password."""
+    paths = {name: show_url(name) if is_database_url(name) else name for name in names}
+    for n in range(1, 1 + max(len(Path(path).parts) for path in paths.values())):
+        short = {name: "/".join(Path(path).parts[-n:]) for name, path in paths.items()}
+        if len(set(short.values())) == len(paths):
+            return short
+    return paths

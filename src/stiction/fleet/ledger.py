@@ -8,6 +8,7 @@ from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from stiction.errors import RecordError
+from stiction.fleet.loop_row import LoopRow
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -38,6 +39,11 @@ class ResultKey(NamedTuple):
     version: str
     """Version of the package."""
 
+    @classmethod
+    def of_run(cls, run: Mapping[str, Any]) -> ResultKey:
+        """Key of a run, as `Ledger.read_runs` gives it."""
+        return cls(*(run[name] for name in cls._fields))
+
 
 class StoredResult(NamedTuple):
     """One row of the ledger."""
@@ -50,7 +56,7 @@ class StoredResult(NamedTuple):
     """"screen" or "diagnose": how far the loop came."""
     signals: str
     """Name of the part that holds its block means; empty when there are none."""
-    body: dict[str, Any]
+    row: LoopRow
     """The row of the audit."""
 
 
@@ -186,19 +192,23 @@ class Ledger:
         rows = self._transact(lambda connection: connection.execute(query).mappings().all())
         return {
             row["loop_id"]: StoredResult(
-                row["loop_id"], row["fingerprint"], row["stage"], row["signals"], json.loads(row["body"])
+                row["loop_id"],
+                row["fingerprint"],
+                row["stage"],
+                row["signals"],
+                LoopRow.from_dict(json.loads(row["body"])),
             )
             for row in rows
         }
 
-    def read_history(self, loop: int) -> list[tuple[str, dict[str, Any]]]:
+    def read_history(self, loop: int) -> list[tuple[str, LoopRow]]:
         """Read all rows of one loop: window and row of each."""
         import sqlalchemy as sa
 
         table = self.results
         query = sa.select(table.c.window, table.c.body).where(table.c.loop_id == loop)
         return [
-            (row.window, json.loads(row.body))
+            (row.window, LoopRow.from_dict(json.loads(row.body)))
             for row in self._transact(lambda connection: connection.execute(query).all())
         ]
 
@@ -255,7 +265,7 @@ class Ledger:
 
 
 def _columns(row: StoredResult) -> dict[str, Any]:
-    body = json.dumps(row.body, allow_nan=False, separators=(",", ":"))
+    body = json.dumps(row.row.to_dict(), allow_nan=False, separators=(",", ":"))
     return {
         "loop_id": row.loop, "fingerprint": row.fingerprint, "stage": row.stage, "signals": row.signals, "body": body
     }  # fmt: skip

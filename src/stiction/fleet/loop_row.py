@@ -1,105 +1,246 @@
-"""The row of one loop in an audit, and what the work on it depends on."""
+"""The row of one loop in an audit: made here alone; ledger, frames, workbook, JSON and pages are views of it."""
 
 from __future__ import annotations
 
-import json
-from dataclasses import dataclass
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, fields, replace
+from datetime import timedelta
 from typing import TYPE_CHECKING, Any
 
-from stiction.errors import RecordError
+from stiction.display.duration_format import format_seconds
+from stiction.display.json_form import Result, to_json
+from stiction.display.number_format import format_interval, format_number, format_probability
+from stiction.fleet.loop_oscillations import LoopOscillation
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from datetime import datetime
-
-    from stiction.fleet.block_means import Clock
-    from stiction.fleet.loop_oscillations import LoopOscillation
+    from stiction.diagnosis import Diagnosis
+    from stiction.diagnosis.loop_state.state import StateName
+    from stiction.diagnosis.result import Verdict
+    from stiction.fleet.loop_metrics import LoopMetrics
     from stiction.fleet.source_parts import LoopPlace
+    from stiction.records.record import LoopRecord
 
-__all__ = ["WorkSettings", "empty_row", "main_oscillation", "require_row"]
+__all__ = ["FAILED", "RESTING_STATES", "LoopRow"]
 
-
-@dataclass(frozen=True)
-class WorkSettings:
-    """What the work on each loop depends on."""
-
-    clock: Clock
-    """Blocks that all loops share."""
-    since: datetime | None = None
-    """First time."""
-    until: datetime | None = None
-    """Time before which the samples end."""
-    prior: float = 0.25
-    """Share of sticky valves in the plant [-]."""
-    costs: tuple[float, float, float] = (1.0, 1.0, 0.2)
-    """Costs of a false alarm, a missed sticky valve, and an open question."""
-    time_limit: float = 60.0
-    """Longest processor time for one loop [s]."""
+FAILED = ("error", "timeout", "crashed")
+"""Status of loops that could not be done."""
+RESTING_STATES = ("manual", "saturated", "shut_in", "pv_frozen", "bad_data")
+"""Loop states in which neither valve nor tuning can be judged."""
 
 
-def empty_row(place: LoopPlace) -> dict[str, Any]:
-    """Row of a loop of which nothing is known yet, with all keys."""
-    return {
-        "tag": place.tag,
-        "area": place.area,
-        "source": place.part.display_name,
-        "status": "screened",
-        "verdict": "undecided",
-        "probability": None,
-        "loop_state": None,
-        "oscillation_cause": "none",
-        "oscillation_causes": None,
-        "period_s": None,
-        "S": None,
-        "S_low": None,
-        "S_high": None,
-        "J": None,
-        "J_low": None,
-        "J_high": None,
-        "priority": 0.0,
-        "severity": 0.0,
-        "confidence": 0.0,
-        "importance": place.importance,
-        "severity_parts": {},
-        "reason": "",
-        "action": "",
-        "oscillating": False,
-        "regularity": None,
-        "oscillation_index": 0.0,
-        "automatic_share": None,
-        "manual_share": None,
-        "cascade_share": None,
-        "saturated_share": None,
-        "not_in_command_share": None,
-        "missing_share": None,
-        "error_mean_absolute": None,
-        "variability": None,
-        "valve_travel_per_day": None,
-        "reversals_per_day": None,
-        "loop_type": None,
-        "pv_unit": "",
-        "dt_s": None,
-        "samples": None,
-        "start": None,
-        "end": None,
-        "data_warnings": [],
-        "oscillations": [],
-        "group": None,
-        "follows": None,
-    }
+def _of(path: str) -> dict[str, str]:
+    """Metadata of a field that is read from a source: place, record, metrics, diagnosis, oscillation or valve.
+
+    The oscillation is there where the loop oscillates; the valve, where it was judged and is not called good.
+    """
+    return {"path": path}
 
 
-def main_oscillation(oscillations: Sequence[LoopOscillation]) -> LoopOscillation | None:
-    """The regular oscillation with the highest autocorrelation, else the highest of all; None when there is none."""
-    return max(oscillations, key=lambda one: (one.regular, one.height), default=None)
+@dataclass(frozen=True, eq=False, slots=True)
+class LoopRow(Result, Mapping[str, Any]):
+    """What an audit says of one loop; unknown numbers are None. A mapping too: its keys are those of the JSON.
+
+    Examples
+    --------
+    >>> row = LoopRow("FIC-101", S=2.5)
+    >>> row.S, row["S"], "verdict" in row
+    (2.5, 2.5, True)
+    """
+
+    tag: str = field(default="", metadata=_of("place.tag"))
+    """Tag of the loop, unique in the audit."""
+    area: str = field(default="", metadata=_of("place.area"))
+    """Area of the plant."""
+    source: str = field(default="", metadata=_of("place.part.display_name"))
+    """File or database."""
+    status: str = "screened"
+    """`diagnosed`; `skipped`: nothing can be said of the valve; `screened`: not diagnosed yet; or one of `FAILED`."""
+    verdict: Verdict = field(default="undecided", metadata=_of("diagnosis.verdict"))
+    """`stiction`, `no_stiction` or `undecided`."""
+    probability: float | None = field(default=None, metadata=_of("diagnosis.probability"))
+    """Probability that the valve sticks [-]."""
+    loop_state: StateName | None = field(default=None, metadata=_of("diagnosis.loop_state.state"))
+    """State of the loop."""
+    oscillation_cause: str = field(default="none", metadata=_of("diagnosis.cause"))
+    """The main cause of the oscillation, or "none"."""
+    oscillation_causes: dict[str, float] | None = field(default=None, metadata=_of("diagnosis.oscillation_cause"))
+    """How much speaks for each cause [-]."""
+    period_s: float | None = field(default=None, metadata=_of("oscillation.period"))
+    """Period [s]."""
+    S: float | None = field(default=None, metadata=_of("valve.S"))
+    """Deadband plus stickband [`op_unit`]."""
+    S_low: float | None = field(default=None, metadata=_of("valve.S_low"))
+    """Lower end of the 95 % interval of S [`op_unit`]."""
+    S_high: float | None = field(default=None, metadata=_of("valve.S_high"))
+    """Upper end of the 95 % interval of S [`op_unit`]."""
+    J: float | None = field(default=None, metadata=_of("valve.J"))
+    """Slip jump [`op_unit`]."""
+    J_low: float | None = field(default=None, metadata=_of("valve.J_low"))
+    """Lower end of the 95 % interval of J [`op_unit`]."""
+    J_high: float | None = field(default=None, metadata=_of("valve.J_high"))
+    """Upper end of the 95 % interval of J [`op_unit`]."""
+    op_unit: str = field(default="% of span", metadata=_of("diagnosis.record.op_unit"))
+    """Unit of OP, S and J."""
+    priority: float = 0.0
+    """Severity times confidence times importance [-]."""
+    severity: float = field(default=0.0, metadata=_of("metrics.severity"))
+    """How bad the loop is, from 0 to 1 [-]."""
+    confidence: float = 0.0
+    """Probability that the loop itself has a fault [-]."""
+    importance: float = field(default=1.0, metadata=_of("place.importance"))
+    """Weight that the plant gives the loop [-]."""
+    severity_parts: dict[str, float] = field(default_factory=dict, metadata=_of("metrics.severity_parts"))
+    """Part of the severity -> its size from 0 to 1 [-]."""
+    reason: str = field(default="", metadata=_of("diagnosis.reason"))
+    """Why, in some sentences; of a failure what went wrong."""
+    action: str = field(default="", metadata=_of("diagnosis.action"))
+    """What to do."""
+    oscillating: bool = field(default=False, metadata=_of("diagnosis.oscillation.oscillating"))
+    """Whether the loop oscillates."""
+    regularity: float | None = field(default=None, metadata=_of("oscillation.regularity"))
+    """Thornhill's regularity r of the zero crossings [-]; above 1 is regular."""
+    oscillation_index: float = field(default=0.0, metadata=_of("metrics.oscillation_index"))
+    """Autocorrelation of the block means one period later, 0 where none is regular [-]."""
+    automatic_share: float | None = field(default=None, metadata=_of("metrics.automatic_share"))
+    """Time in automatic [-]."""
+    manual_share: float | None = field(default=None, metadata=_of("metrics.manual_share"))
+    """Time in manual [-]."""
+    cascade_share: float | None = None
+    """Time in which a secondary loop takes its set point from its primary [-]."""
+    saturated_share: float | None = field(default=None, metadata=_of("metrics.saturated_share"))
+    """Time with OP at a limit [-]."""
+    not_in_command_share: float | None = None
+    """Time in which the controller does not move the valve [-]."""
+    missing_share: float | None = field(default=None, metadata=_of("metrics.missing_share"))
+    """Time in which OP or PV is missing [-]."""
+    error_mean_absolute: float | None = field(default=None, metadata=_of("metrics.error_mean_absolute"))
+    """Mean absolute control error [% of span]."""
+    variability: float | None = field(default=None, metadata=_of("metrics.variability"))
+    """Standard deviation of the control error [% of span]."""
+    valve_travel_per_day: float | None = field(default=None, metadata=_of("metrics.valve_travel_per_day"))
+    """Path length of the valve [% of span per day]."""
+    reversals_per_day: float | None = field(default=None, metadata=_of("metrics.reversals_per_day"))
+    """Reversals of OP [1/day]."""
+    loop_type: str | None = field(default=None, metadata=_of("record.loop_type"))
+    """Flow, level, ..."""
+    pv_unit: str = field(default="", metadata=_of("record.provenance.pv_unit"))
+    """Unit of PV."""
+    dt_s: float | None = field(default=None, metadata=_of("record.dt"))
+    """Sampling period [s]."""
+    samples: int | None = None
+    """Samples in the audited time [-]."""
+    start: str | None = field(default=None, metadata=_of("record.start"))
+    """Time of the first sample, as ISO 8601."""
+    end: str | None = None
+    """End of the audited samples, as ISO 8601."""
+    data_warnings: tuple[str, ...] = ()
+    """Names of the data checks that fail."""
+    oscillations: tuple[LoopOscillation, ...] = ()
+    """Candidates for an oscillation, of the block means that groups are found from."""
+    group: int | None = None
+    """Number of its group."""
+    follows: str | None = None
+    """Tag of the likeliest source of the oscillation of its group, where that is another loop."""
+
+    def __getitem__(self, key: str) -> Any:
+        """Value of a field by its name."""
+        if key not in NAMES:
+            raise KeyError(key)
+        return getattr(self, key)
+
+    def __iter__(self) -> Iterator[str]:
+        """Names of the fields."""
+        return iter(NAMES)
+
+    def __len__(self) -> int:
+        """Number of fields."""
+        return len(NAMES)
+
+    @property
+    def failed(self) -> bool:
+        """Whether the loop could not be done."""
+        return self.status in FAILED
+
+    @property
+    def in_control(self) -> bool:
+        """Whether the loop was diagnosed, and the controller moved its valve."""
+        return self.status == "diagnosed" and self.loop_state == "in_control"
+
+    def text(self, name: str) -> str:
+        """Value of a field as every table shows it; empty where it is unknown or says nothing.
+
+        S and J have the digits that their intervals allow, and their unit where it is not % of span.
+
+        Examples
+        --------
+        >>> row = LoopRow("FIC-101", status="diagnosed", loop_state="in_control", probability=0.998, S=4.96)
+        >>> row.text("probability"), row.text("S"), row.text("priority"), row.text("period_s")
+        ('>0.99', '4.96', '0.00', '')
+        """
+        value = getattr(self, name)
+        if value is None or (name == "probability" and not self.in_control):
+            return ""
+        if name == "probability":
+            return format_probability(value)
+        if name in ("S", "J"):
+            ends = (getattr(self, f"{name}_{end}") for end in ("low", "high"))
+            text = format_interval(value, *(math.nan if end is None else end for end in ends))[0]
+            return text if self.op_unit == "% of span" else f"{text} {self.op_unit}"
+        if name == "period_s":
+            return format_seconds(value)
+        if isinstance(value, float):
+            return f"{value:.2f}" if name == "priority" else format_number(value)
+        return str(value).replace("_", " ")
+
+    def with_record(self, record: LoopRecord, metrics: LoopMetrics, *, is_secondary: bool) -> LoopRow:
+        """Add what is known before the diagnosis; a secondary loop takes its set point from another loop."""
+        end = record.start and record.start + timedelta(seconds=record.duration)
+        cascade = float(record.auto.mean()) if is_secondary and record.auto is not None else None
+        row = self._read_from(record=record, metrics=metrics)
+        return replace(row, samples=len(record), end=end and end.isoformat(), cascade_share=cascade)
+
+    def with_diagnosis(self, diagnosis: Diagnosis) -> LoopRow:
+        """Add the diagnosis."""
+        state, quality, valve = diagnosis.loop_state, diagnosis.quality, diagnosis.identification
+        known = diagnosis.oscillation if diagnosis.oscillation.oscillating else None
+        sized = valve if state.in_control and diagnosis.verdict != "no_stiction" else None
+        lost = sum(one.end_s - one.start_s for one in state.stretches if one.state == "not_in_command")
+        return replace(
+            self._read_from(diagnosis=diagnosis, oscillation=known, valve=sized),
+            status="skipped" if state.state in RESTING_STATES else "diagnosed",
+            not_in_command_share=min(1.0, lost / max(diagnosis.record.duration, 1e-9)),
+            data_warnings=tuple(check.name for check in (*quality.rejections, *quality.warnings)),
+        )
+
+    @classmethod
+    def of_place(cls, place: LoopPlace, **known: Any) -> LoopRow:
+        """Row of a loop of which nothing is known yet, but for some fields."""
+        return replace(cls()._read_from(place=place), **known)
+
+    @classmethod
+    def from_dict(cls, stored: Mapping[str, Any]) -> LoopRow:
+        """Row from its JSON-ready form."""
+        known = {name: value for name, value in stored.items() if name in NAMES}
+        oscillations = tuple(LoopOscillation(**one) for one in known.get("oscillations", ()))
+        warnings = tuple(known.get("data_warnings", ()))
+        return cls(**known | {"oscillations": oscillations, "data_warnings": warnings})
+
+    def _read_from(self, **sources: object) -> LoopRow:
+        """Read the fields that come from some sources; a source that is None leaves them unknown."""
+        known = {name: _value(sources[source], path) for name, source, path in PATHS if source in sources}
+        return replace(self, **known)
 
 
-def require_row(row: dict[str, Any]) -> dict[str, Any]:
-    """Refuse numbers that JSON cannot hold; they are a fault of the program."""
-    try:
-        json.dumps(row, allow_nan=False)
-    except ValueError:
-        raise RecordError(
-            "a result is not a finite number, which is an error in the program; please report it.", where=row["tag"]
-        ) from None
-    return row
+def _value(thing: Any, path: list[str]) -> Any:
+    for name in path:
+        thing = None if thing is None else getattr(thing, name)
+    return to_json(thing)
+
+
+NAMES = tuple(one.name for one in fields(LoopRow))
+"""Names of the fields of a row."""
+PATHS = tuple(
+    (one.name, source, path) for one in fields(LoopRow) for source, *path in [one.metadata.get("path", "").split(".")]
+)
+"""Name, source and attributes of each field that is read from a source."""

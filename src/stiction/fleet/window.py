@@ -60,8 +60,8 @@ def _end_of_last_run(ledger: Ledger, digest: str) -> datetime:
         return datetime.fromisoformat(runs[-1]["body"]["since"])
     for run in reversed(runs):
         if run["finished"]:
-            results = ledger.read_results(ResultKey(*(run[name] for name in ResultKey._fields)))
-            ends = [one.body["end"] for one in results.values() if one.body["end"]]
+            results = ledger.read_results(ResultKey.of_run(run))
+            ends = [one.row.end for one in results.values() if one.row.end]
             if ends:
                 return max(datetime.fromisoformat(end) for end in ends)
     raise ParameterError(

@@ -6,7 +6,7 @@ import math
 import os
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 
@@ -76,6 +76,19 @@ class BasinMap(Result):
             if share:
                 lines.append(f"  {100.0 * share:.1f} % {words}")
         return "\n".join(lines)
+
+
+class _Starts(NamedTuple):
+    """Starts of a map, one row each."""
+
+    z: NDArray[np.float64]
+    """States, scaled, shape (n, n_states)."""
+    x: NDArray[np.float64]
+    """Stem positions [% of span], shape (n,)."""
+    times: NDArray[np.float64]
+    """Times at which the load changes [units of the loop], shape (n, 3)."""
+    heights: NDArray[np.float64]
+    """Loads from these times on [% of span], shape (n, 3)."""
 
 
 @kernel
@@ -203,15 +216,19 @@ def basin_map(
     if after is None:
         heights[:, 0] = heights[:, 1]
     out = np.full((n, 6), np.nan)
-    _run_in_threads(m, z, x, times, heights, most_turns, tolerance, out, threads, progress)
+    starts = _Starts(np.ascontiguousarray(z / m.scale), x, times, heights)
+    _run_in_threads(m, starts, (most_turns, tolerance), out, threads, progress)
     return _label_starts(m, out, shape)
 
 
-def _run_in_threads(m: PackedLoop, z, x, times, heights, most_turns, tolerance, out, threads, progress) -> None:
-    """Run blocks of starts in threads and write the results to `out`."""
-    n = x.shape[0]
+def _run_in_threads(
+    m: PackedLoop, starts: _Starts, limits: tuple[int, float], out: NDArray[np.float64], threads: int, progress
+) -> None:
+    """Run blocks of starts in threads, up to (turns, tolerance), and write the results to `out`."""
+    n = starts.x.shape[0]
     up, block = np.ones(n), cast("Any", _run_block)
-    z = np.ascontiguousarray(z / m.scale)
+    z, x, times, heights = starts
+    most_turns, tolerance = limits
 
     def work(first: int) -> int:
         cut = slice(first, min(first + _STARTS_PER_BLOCK, n))

@@ -6,153 +6,86 @@ r"""Conversion between the parameters of the two-parameter valves: (S, J), (fs, 
 
     S = fs + fd = 2\,sb - sj \qquad J = fs - fd = sj
 
-The parameters can always be converted. The valves differ in when the stem sticks again (see `convert_valve`).
+The valves differ in when the stem sticks again, so that equal parameters do not always make the same valve (see
+`convert_valve`).
 """
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from stiction.errors import ParameterError, require_not_negative, require_positive
 from stiction.models.component import TIE_TOLERANCE
 from stiction.models.valves import Choudhury, He, Ideal, Kano, Srinivasan, Stenman
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from stiction.models.component import Valve
 
-__all__ = [
-    "SJ_to_friction_bands",
-    "SJ_to_stick_bands",
-    "convert_valve",
-    "friction_bands_to_SJ",
-    "friction_to_stick_bands",
-    "stick_bands_to_SJ",
-    "stick_to_friction_bands",
-]
-
-_CLASSES = {valve.__name__: valve for valve in (Choudhury, He, Ideal, Kano, Srinivasan, Stenman)}
+__all__ = ["BANDS", "convert_bands", "convert_valve"]
 
 
-def SJ_to_friction_bands(S: float, J: float) -> tuple[float, float]:
-    """(fs, fd) of (S, J) [% of span].
+class _Bands(NamedTuple):
+    """A pair of parameters, and its relation to (S, J)."""
 
-    Raises
-    ------
-    ParameterError
-        When a number is negative or J exceeds S: the lag fd = (S - J) / 2 would be negative.
-
-    Examples
-    --------
-    >>> from stiction.models.parameter_conversion import SJ_to_friction_bands
-    >>> SJ_to_friction_bands(S=3.0, J=1.0)
-    (2.0, 1.0)
-    """
-    S, J = _require_band("S", S), _require_band("J", J)
-    if J > S:
-        raise ParameterError(
-            f"J = {J:g} % exceeds S = {S:g} %: fd = (S - J) / 2 would be negative. An overshooting valve has no "
-            "(fs, fd); keep it as Kano(S, J) or Srinivasan(sb, sj, r=0)."
-        )
-    return (S + J) / 2.0, (S - J) / 2.0
+    to_SJ: Callable[[float, float], tuple[float, float]]
+    from_SJ: Callable[[float, float], tuple[float, float]]
 
 
-def friction_bands_to_SJ(fs: float, fd: float) -> tuple[float, float]:
-    """(S, J) of (fs, fd) [% of span].
-
-    Raises
-    ------
-    ParameterError
-        When a number is negative or fd exceeds fs.
-
-    Examples
-    --------
-    >>> from stiction.models.parameter_conversion import friction_bands_to_SJ
-    >>> friction_bands_to_SJ(fs=2.0, fd=1.0)
-    (3.0, 1.0)
-    """
-    fs, fd = _require_band("fs", fs), _require_band("fd", fd)
-    if fd > fs:
-        raise ParameterError(f"fd = {fd:g} % exceeds fs = {fs:g} %: J = fs - fd would be negative; give fd <= fs.")
-    return fs + fd, fs - fd
+BANDS = {
+    "S, J": _Bands(lambda S, J: (S, J), lambda S, J: (S, J)),
+    "fs, fd": _Bands(lambda fs, fd: (fs + fd, fs - fd), lambda S, J: ((S + J) / 2.0, (S - J) / 2.0)),
+    "sb, sj": _Bands(lambda sb, sj: (2.0 * sb - sj, sj), lambda S, J: ((S + J) / 2.0, J)),
+}
+"""Names of two parameters [% of span] -> their relation to S and J."""
 
 
-def SJ_to_stick_bands(S: float, J: float) -> tuple[float, float]:
-    """(sb, sj) of (S, J) [% of span]; J > S converts.
+_FIELDS: dict[type[Valve], tuple[str, ...]] = {
+    Choudhury: ("S", "J"), Kano: ("S", "J"), He: ("fs", "fd"), Srinivasan: ("sb", "sj"), Stenman: ("d", "d"), Ideal: (),
+}  # fmt: skip
+"""Model -> its two parameters [% of span]. Stenman's one is both S and J; an ideal valve has S = J = 0."""
+
+
+def convert_bands(first: float, second: float, source: str, target: str) -> tuple[float, float]:
+    """Convert two parameters of a valve to two others.
+
+    Parameters
+    ----------
+    first, second : float
+        The parameters that `source` names [% of span].
+    source, target : str
+        "S, J", "fs, fd" or "sb, sj".
+
+    Returns
+    -------
+    tuple of float
+        The parameters that `target` names [% of span].
 
     Raises
     ------
     ParameterError
-        When a number is negative.
+        When a number is negative, or a parameter of the target would be.
 
     Examples
     --------
-    >>> from stiction.models.parameter_conversion import SJ_to_stick_bands
-    >>> SJ_to_stick_bands(S=3.0, J=1.0)
-    (2.0, 1.0)
+    >>> from stiction.models.parameter_conversion import convert_bands
+    >>> convert_bands(3.0, 1.0, "S, J", "fs, fd"), convert_bands(2.0, 1.0, "sb, sj", "S, J")
+    ((2.0, 1.0), (3.0, 1.0))
     """
-    S, J = _require_band("S", S), _require_band("J", J)
-    return (S + J) / 2.0, J
-
-
-def stick_bands_to_SJ(sb: float, sj: float) -> tuple[float, float]:
-    """(S, J) of (sb, sj) [% of span].
-
-    Raises
-    ------
-    ParameterError
-        When a number is negative or sj exceeds 2 sb.
-
-    Examples
-    --------
-    >>> from stiction.models.parameter_conversion import stick_bands_to_SJ
-    >>> stick_bands_to_SJ(sb=2.0, sj=1.0)
-    (3.0, 1.0)
-    """
-    sb, sj = _require_band("sb", sb), _require_band("sj", sj)
-    if sj > 2.0 * sb:
-        raise ParameterError(f"sj = {sj:g} % exceeds 2 sb = {2.0 * sb:g} %: S would be negative; give sj <= 2 sb.")
-    return 2.0 * sb - sj, sj
-
-
-def friction_to_stick_bands(fs: float, fd: float) -> tuple[float, float]:
-    """(sb, sj) of (fs, fd) [% of span].
-
-    Raises
-    ------
-    ParameterError
-        When a number is negative or fd exceeds fs.
-
-    Examples
-    --------
-    >>> from stiction.models.parameter_conversion import friction_to_stick_bands
-    >>> friction_to_stick_bands(fs=2.0, fd=0.5)
-    (2.0, 1.5)
-    """
-    return float(fs), friction_bands_to_SJ(fs, fd)[1]
-
-
-def stick_to_friction_bands(sb: float, sj: float) -> tuple[float, float]:
-    """(fs, fd) of (sb, sj) [% of span].
-
-    Raises
-    ------
-    ParameterError
-        When a number is negative or sj exceeds sb: the lag fd = sb - sj would be negative.
-
-    Examples
-    --------
-    >>> from stiction.models.parameter_conversion import stick_to_friction_bands
-    >>> stick_to_friction_bands(sb=2.0, sj=1.5)
-    (2.0, 0.5)
-    """
-    sb, sj = _require_band("sb", sb), _require_band("sj", sj)
-    if sj > sb:
-        raise ParameterError(
-            f"sj = {sj:g} % exceeds sb = {sb:g} %: fd = sb - sj would be negative. An overshooting valve has no "
-            "(fs, fd); keep (sb, sj)."
-        )
-    return sb, sb - sj
+    given, names = source.split(", "), target.split(", ")
+    values = [require_not_negative(name, x, "% of span") for name, x in zip(given, (first, second), strict=True)]
+    SJ = BANDS[source].to_SJ(*values)
+    converted = BANDS[target].from_SJ(*SJ)
+    for name, x in (*zip(("S", "J"), SJ, strict=True), *zip(names, converted, strict=True)):
+        if x < 0.0:
+            raise ParameterError(
+                f"{given[0]} = {values[0]:g} % and {given[1]} = {values[1]:g} % have no ({target}): {name} would be "
+                f"{x:g} %. An overshooting valve (J > S) has the forms Kano(S, J) and Srinivasan(sb, sj, r=0); for it "
+                "keep one of these."
+            )
+    return converted
 
 
 def convert_valve(valve: Valve, model: type[Valve] | str, *, r: float | None = None, dt: float | None = None) -> Valve:
@@ -205,60 +138,55 @@ def convert_valve(valve: Valve, model: type[Valve] | str, *, r: float | None = N
     >>> convert_valve(st.Kano(S=3.0, J=1.0), "Srinivasan").sb
     2.0
     """
-    target = _CLASSES.get(model if isinstance(model, str) else model.__name__)
-    source = type(valve)
-    if target is None or source not in _CLASSES.values():
-        wrong = source.__name__ if target else (model if isinstance(model, str) else model.__name__)
-        raise ParameterError(f"{wrong} cannot be converted; use one of {', '.join(sorted(_CLASSES))}.")
+    name = model if isinstance(model, str) else model.__name__
+    target = next((kind for kind in _FIELDS if kind.__name__ == name), None)
+    if target is None or type(valve) not in _FIELDS:
+        wrong = type(valve).__name__ if target else name
+        known = ", ".join(sorted(kind.__name__ for kind in _FIELDS))
+        raise ParameterError(f"{wrong} cannot be converted; use one of {known}.")
     if r is not None and target is not Srinivasan:
-        raise ParameterError(f"r = {r:g} %/s is not a parameter of {target.__name__}; leave it out.")
+        raise ParameterError(f"r = {r:g} %/s is not a parameter of {name}; leave it out.")
     if dt is not None:
         dt = require_positive("dt", dt, "s")
-    if isinstance(valve, Srinivasan):
-        _reject_different_valve(valve, target, dt)
-    if source is target and r is None:
+    if isinstance(valve, Srinivasan) and target is not Srinivasan:
+        _reject(_only_srinivasan(valve, target, dt))
+    if type(valve) is target and r is None:
         return valve
-    S, J = _SJ_of(valve)
-    travel = valve.travel
+    first, second = [getattr(valve, field) for field in _FIELDS[type(valve)]] or (0.0, 0.0)
+    S, J = convert_bands(first, second, _bands_of(type(valve)), "S, J")
+    _reject(_no_such_form(valve, target, S, J))
+    settings: dict[str, Any] = dict(zip(_FIELDS[target], convert_bands(S, J, "S, J", _bands_of(target)), strict=False))
     if target is Srinivasan:
-        sb, sj = SJ_to_stick_bands(S, J)
-        return Srinivasan(sb, sj, _equivalent_rate(valve, dt) if r is None else r, travel=travel)
-    if target is He:
-        return He(*SJ_to_friction_bands(S, J), travel=travel)
-    if target is Kano:
-        return Kano(S, J, travel=travel)
-    if target is Choudhury:
-        if J > S:
-            raise ParameterError(
-                f"J = {J:g} % exceeds S = {S:g} %: there Choudhury's model differs from Kano's; keep Kano."
-            )
-        return Choudhury(S, J, travel=travel)
-    if target is Stenman:
-        if not math.isclose(S, J, rel_tol=TIE_TOLERANCE):
-            raise ParameterError(
-                f"S = {S:g} % and J = {J:g} % differ: Stenman's valve has one band, S = J = d. Keep the valve, or "
-                "decide on a d and write Stenman(d)."
-            )
-        return Stenman(J, travel=travel)
-    if S + J > 0.0:
-        raise ParameterError(
-            f"S = {S:g} % and J = {J:g} % are not 0, but an ideal valve has no friction. Keep the valve, or write "
-            "Ideal()."
-        )
-    return Ideal(travel=travel)
+        settings["r"] = _equivalent_rate(valve, dt) if r is None else r
+    return target(**settings, travel=valve.travel)
 
 
-def _SJ_of(valve: Valve) -> tuple[float, float]:
-    """(S, J) of a valve [% of span]."""
-    if isinstance(valve, Kano | Choudhury):
-        return valve.S, valve.J
-    if isinstance(valve, He):
-        return friction_bands_to_SJ(valve.fs, valve.fd)
-    if isinstance(valve, Srinivasan):
-        return stick_bands_to_SJ(valve.sb, valve.sj)  # type: ignore[arg-type]
-    if isinstance(valve, Stenman):
-        return valve.d, valve.d
-    return 0.0, 0.0
+def _bands_of(model: type[Valve]) -> str:
+    """Key of `BANDS` for a model."""
+    key = ", ".join(_FIELDS[model])
+    return key if key in BANDS else "S, J"
+
+
+def _reject(rules: list[tuple[bool, str]]) -> None:
+    """Raise for the first rule that applies."""
+    for applies, message in rules:
+        if applies:
+            raise ParameterError(message)
+
+
+def _no_such_form(valve: Valve, target: type[Valve], S: float, J: float) -> list[tuple[bool, str]]:
+    """Whether the target cannot have these bands, with what to do."""
+    bands = f"S = {S:g} % and J = {J:g} %"
+    overshoots = J > S and (target is Choudhury) != isinstance(valve, Choudhury)
+    return [
+        (overshoots and target in (Choudhury, Srinivasan),
+         f"J = {J:g} % exceeds S = {S:g} %: there Choudhury's model differs from Kano's; use Kano."),
+        (target is Stenman and not math.isclose(S, J, rel_tol=TIE_TOLERANCE),
+         f"{bands} differ: Stenman's valve has one band, S = J = d. Keep the valve, or decide on a d and write "
+         "Stenman(d)."),
+        (target is Ideal and S + J > 0.0,
+         f"{bands} are not 0, but an ideal valve has no friction. Keep the valve, or write Ideal()."),
+    ]  # fmt: skip
 
 
 def _equivalent_rate(valve: Valve, dt: float | None) -> float:
@@ -267,56 +195,40 @@ def _equivalent_rate(valve: Valve, dt: float | None) -> float:
         return valve.r
     if isinstance(valve, Stenman):
         return math.inf
-    if isinstance(valve, Choudhury) and valve.J > valve.S:
+    if not isinstance(valve, He):
+        return 0.0
+    if dt is None:
         raise ParameterError(
-            f"J = {valve.J:g} % exceeds S = {valve.S:g} %: there Choudhury's model has no Srinivasan form; use Kano."
+            "He's valve follows only above (fs - fd) / dt [%/s], which changes with the sampling period; give dt in s, "
+            "or give r."
         )
-    if isinstance(valve, He):
-        if dt is None:
-            raise ParameterError(
-                "He's valve follows only above (fs - fd) / dt [%/s], which changes with the sampling period; give dt "
-                "in s, or give r."
-            )
-        # A move of exactly J moves neither the stem of He's valve nor that of the new valve.
-        return (valve.fs - valve.fd + TIE_TOLERANCE * valve.fs) / (1.0 - TIE_TOLERANCE) / dt
-    return 0.0
+    # A move of exactly J moves neither the stem of He's valve nor that of the new valve.
+    return (valve.fs - valve.fd + TIE_TOLERANCE * valve.fs) / (1.0 - TIE_TOLERANCE) / dt
 
 
-def _reject_different_valve(valve: Srinivasan, target: type[Valve], dt: float | None) -> None:
-    """Raise when only a Srinivasan valve has this behaviour."""
-    if target is Srinivasan:
-        return
-    if not isinstance(valve.sb, float) or not isinstance(valve.sj, float):
-        raise ParameterError(
-            f"sb or sj is a table: {target.__name__} has constant bands. Take the values at one position, "
+def _only_srinivasan(valve: Srinivasan, target: type[Valve], dt: float | None) -> list[tuple[bool, str]]:
+    """Whether only a Srinivasan valve has this behaviour, with what to do."""
+    name, sb, sj = target.__name__, valve.sb, valve.sj
+    if not isinstance(sb, float) or not isinstance(sj, float):
+        message = (
+            f"sb or sj is a table: {name} has constant bands. Take the values at one position, "
             "Srinivasan(sb.at(x), sj.at(x), r), and convert that."
         )
-    if valve.as_printed:
-        raise ParameterError(
-            f"eq. 5 as printed has no equivalent {target.__name__} valve; convert Srinivasan(sb, sj, r), the repaired "
-            "form."
-        )
-    if valve.sb == 0.0:
-        return
-    if target in (Kano, Choudhury) and valve.r != 0.0:
-        raise ParameterError(
-            f"r = {valve.r:g} %/s: {target.__name__}'s valve follows at any rate. Set r = 0 first; on slow ramps that "
-            "is a different valve."
-        )
-    if target is Stenman and not math.isinf(valve.r):
-        raise ParameterError(
-            f"r = {valve.r:g} %/s: Stenman's valve never follows. Set r to infinity first; on fast ramps that "
-            "is a different valve."
-        )
-    if target is He and not (math.isinf(valve.r) and valve.sb == valve.sj):
-        if dt is None:
-            raise ParameterError("He's valve follows only above (fs - fd) / dt [%/s]; give dt in s, to compare with r.")
-        if not math.isclose(valve.r * dt, valve.sj, rel_tol=1e-6, abs_tol=1e-8 * valve.sb):
-            raise ParameterError(
-                f"r = {valve.r:g} %/s is not the threshold sj / dt = {valve.sj / dt:g} %/s of He's valve; set r to it "
-                "first, or convert the parameters alone with stick_to_friction_bands(sb, sj)."
-            )
-
-
-def _require_band(name: str, value: float) -> float:
-    return require_not_negative(name, value, "% of span")
+        return [(True, message)]
+    to_he = target is He and not (math.isinf(valve.r) and sb == sj)
+    at_threshold = dt is not None and math.isclose(valve.r * dt, sj, rel_tol=1e-6, abs_tol=1e-8 * sb)
+    return [
+        (valve.as_printed,
+         f"eq. 5 as printed has no equivalent {name} valve; convert Srinivasan(sb, sj, r), the repaired form."),
+        (sb > 0.0 and target in (Kano, Choudhury) and valve.r != 0.0,
+         f"r = {valve.r:g} %/s: {name}'s valve follows at any rate. Set r = 0 first; on slow ramps that is a different "
+         "valve."),
+        (sb > 0.0 and target is Stenman and not math.isinf(valve.r),
+         f"r = {valve.r:g} %/s: Stenman's valve never follows. Set r to infinity first; on fast ramps that is a "
+         "different valve."),
+        (sb > 0.0 and to_he and dt is None,
+         "He's valve follows only above (fs - fd) / dt [%/s]; give dt in s, to compare with r."),
+        (sb > 0.0 and to_he and not at_threshold,
+         f"r = {valve.r:g} %/s is not the threshold sj / dt = {sj / (dt or 1.0):g} %/s of He's valve; set r to it "
+         'first, or convert the parameters alone with convert_bands(sb, sj, "sb, sj", "fs, fd").'),
+    ]  # fmt: skip

@@ -97,7 +97,7 @@ def _conditioned(record: LoopRecord) -> Conditioned:
     known = (np.isfinite(op).all() and np.isfinite(pv).all()) and op.size > 0
     op, pv = (op, pv) if known else (np.empty(0), np.empty(0))
     return Conditioned(
-        record, masks, first, last, part, op, pv, _long_gaps(cut), *values,
+        record, masks, first, last, part, op, pv, _long_gaps(cut), op_values=values[0], pv_values=values[1],
         op_swing=robust_range(op) if op.size else 0.0, pv_swing=robust_range(pv) if pv.size else 0.0,
         op_step=quantisation_step(cut.op, values[0]),
         pv_step=0.0 if cut.pv is None else quantisation_step(cut.pv, values[1]),

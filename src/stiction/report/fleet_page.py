@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from stiction.fleet import Audit
+    from stiction.fleet import Audit, LoopRow
 
 __all__ = ["loop_page_path", "write_audit_page", "write_loop_page"]
 
@@ -80,7 +80,7 @@ def write_audit_page(
 
 
 def write_loop_page(audit: Audit, tag: str) -> Path:
-    """Diagnose one loop on its full record and write its page.
+    """Diagnose one loop again and write its page.
 
     Parameters
     ----------
@@ -101,15 +101,12 @@ def write_loop_page(audit: Audit, tag: str) -> Path:
     RecordError
         When its source is gone, or the file cannot be written.
     """
-    from stiction.diagnosis import diagnose
     from stiction.report.report import write_report
 
-    found = diagnose(audit.read(tag))
-    path = loop_page_path(audit, tag)
+    row, path = audit.row(tag), loop_page_path(audit, tag)
     path.parent.mkdir(exist_ok=True)
-    row = audit.row(tag)
-    settings = {"audit": str(audit.folder), "priority": row["priority"], "severity": row["severity"]}
-    return write_report([found], path, title=tag, settings=settings)
+    settings = {"audit": str(audit.folder), "priority": row.priority, "severity": row.severity}
+    return write_report([audit.diagnose(audit.read(tag))], path, title=tag, settings=settings)
 
 
 def loop_page_path(audit: Audit, tag: str) -> Path:
@@ -119,14 +116,14 @@ def loop_page_path(audit: Audit, tag: str) -> Path:
 
 def _areas(audit: Audit) -> list[dict[str, Any]]:
     """Loops, loops with a finding, and the share of healthy ones, by area."""
-    by_area: dict[str, list[dict[str, Any]]] = defaultdict(list)
+    by_area: dict[str, list[LoopRow]] = defaultdict(list)
     for row in audit.rows:
-        by_area[row["area"]].append(row)
+        by_area[row.area].append(row)
     areas = []
     for name, rows in sorted(by_area.items()):
-        judged = [row for row in rows if row["status"] == "diagnosed"]
+        judged = [row for row in rows if row.status == "diagnosed"]
         findings = sum(has_finding(row) for row in rows)
-        healthy = sum(not has_finding(row) and row["verdict"] == "no_stiction" for row in judged)
+        healthy = sum(not has_finding(row) and row.verdict == "no_stiction" for row in judged)
         share = healthy / len(judged) if judged else None
         areas.append({"name": name, "loops": len(rows), "judged": len(judged), "findings": findings, "healthy": share})
     return sorted(areas, key=lambda one: (-one["findings"], -one["loops"], one["name"]))
@@ -156,6 +153,8 @@ COLUMNS = (
     *("valve_travel_per_day", "saturated_share", "manual_share", "variability"),
 )
 """Columns of the table and of the details of a loop."""
+NUMBERS = ("probability", "S", "period_s", "severity", "priority", "importance", "confidence", *COLUMNS[-5:])
+"""Columns that are sorted as numbers and shown as text."""
 
 
 def _table_json(audit: Audit, labels: dict[str, Any]) -> str:
@@ -163,28 +162,27 @@ def _table_json(audit: Audit, labels: dict[str, Any]) -> str:
     pages = {path.stem for path in (audit.folder / "loops").glob("*.html")}
     rows = []
     for row in audit.rows:
-        label = labels.get(row["tag"])
-        number = str(audit.signal_parts[row["tag"]][0])
-        values = [_rounded(row[name]) for name in COLUMNS]
-        rows.append([*values, f"{label.label}: {label.note}" if label else "", number if number in pages else ""])
+        label = labels.get(row.tag)
+        number = str(audit.signal_parts[row.tag][0])
+        values = [row[name] for name in COLUMNS]
+        texts = {name: row.text(name) for name in NUMBERS}
+        rows.append(
+            [*values, f"{label.label}: {label.note}" if label else "", number if number in pages else "", texts]
+        )
     text = json.dumps({"columns": [*COLUMNS, "label", "page"], "rows": rows}, separators=(",", ":"), allow_nan=False)
     return text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e")
-
-
-def _rounded(value: Any) -> Any:
-    return float(f"{value:.4g}") if isinstance(value, float) else value
 
 
 def _data_problems(audit: Audit) -> list[dict[str, Any]]:
     """Return the loops by problem with their data."""
     tags: dict[str, list[str]] = defaultdict(list)
     for row in audit.rows:
-        if row["status"] in ("error", "timeout", "crashed"):
-            tags[f"not read or not diagnosed ({row['status']})"].append(row["tag"])
-        elif row["loop_state"] not in (None, "in_control"):
-            tags[f"state: {row['loop_state'].replace('_', ' ')}"].append(row["tag"])
-        for name in row["data_warnings"]:
-            tags[f"data check: {name.replace('_', ' ')}"].append(row["tag"])
+        if row.failed:
+            tags[f"not read or not diagnosed ({row.status})"].append(row.tag)
+        elif row.loop_state not in (None, "in_control"):
+            tags[f"state: {row.loop_state.replace('_', ' ')}"].append(row.tag)
+        for name in row.data_warnings:
+            tags[f"data check: {name.replace('_', ' ')}"].append(row.tag)
     counts = Counter({name: len(found) for name, found in tags.items()})
     lines = [{"name": name, "count": count, "tags": tags[name][:200]} for name, count in counts.most_common()]
     missing = {

@@ -112,7 +112,8 @@ def _plant() -> tuple[_Loop, ...]:
         ),
         _Loop(
             "LIC-104", "level", "stiction", "valve of a level loop sticks",
-            Integrating(0.004, 8.0), PID(3.0, 240.0), 55.0, Kano(4.0, 2.0), 10.0, 12.0, noise=0.06, drift=0.006,
+            Integrating(0.004, 8.0), PID(3.0, 240.0), 55.0, Kano(4.0, 2.0), dt=10.0, hours=12.0,
+            noise=0.06, drift=0.006,
         ),
         _Loop(
             "TIC-105", "temperature", "tight tuning", "gain too high, valve good",
@@ -133,7 +134,8 @@ def _plant() -> tuple[_Loop, ...]:
         ),
         _Loop(
             "LIC-109", "level", "deadband", "linkage has play, valve does not stick",
-            Integrating(0.005, 6.0), PID(3.0, 200.0), 48.0, Kano(3.0, 0.0), 10.0, 12.0, noise=0.05, drift=0.006,
+            Integrating(0.005, 6.0), PID(3.0, 200.0), 48.0, Kano(3.0, 0.0), dt=10.0, hours=12.0,
+            noise=0.05, drift=0.006,
         ),
     )  # fmt: skip
 

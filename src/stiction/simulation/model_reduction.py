@@ -145,14 +145,17 @@ def reduce_valve(valve: PhysicalValve, *, samples: int = 4000, amplitude: float 
     amplitude, samples = require_positive("amplitude", amplitude, "% of span"), require_count("samples", samples)
     if not 2 <= samples <= MAX_SAMPLES:
         raise ParameterError(f"samples = {samples} is out of range; give 2 to {MAX_SAMPLES:,}.")
-    found = critical_rate(valve)
+    critical = critical_rate(valve)
     fs, fd = (100.0 * force / valve.force_span for force in (valve.static, valve.coulomb))
     K = overshoot_factor(valve.damping_ratio)
-    bands = Reduction(fs, fd, fs + fd, fs - fd, fs, fs - fd, found.rate, K, valve.gain, valve.offset, ())
+    bands = Reduction(
+        fs, fd, S=fs + fd, J=fs - fd, sb=fs, sj=fs - fd, r=critical.rate, K=K, gain=valve.gain,
+        offset=valve.offset, errors=(),
+    )  # fmt: skip
     errors: list[ReductionError] = []
     continuous = replace(valve, hold="linear")
     middle = 50.0 / valve.gain + valve.offset if math.isfinite(valve.travel[0]) else valve.offset
-    for rate in (fraction * (found.rate or _DEFAULT_RATE) for fraction in _RATE_FRACTIONS):
+    for rate in (fraction * (critical.rate or _DEFAULT_RATE) for fraction in _RATE_FRACTIONS):
         for signal, dt, op in _input_signals(rate, amplitude, samples):
             op = op + middle
             start = valve.gain * (op[0] - valve.offset)

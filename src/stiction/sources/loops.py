@@ -2,28 +2,40 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from stiction.errors import ParameterError, RecordError
+from stiction.display.number_format import count_noun
+from stiction.errors import RecordError
+from stiction.foreign_errors import failure_of
 from stiction.sources.build_record import RecordBuilder
-from stiction.sources.database_url import is_database_url
-from stiction.sources.open_files import open_files
-from stiction.sources.options import ReadOptions
 
 if TYPE_CHECKING:
+    from stiction.errors import StictionError
     from stiction.records.record import LoopRecord
-    from stiction.sources.byte_source import ByteSource
     from stiction.sources.formats.stored_records import StoredRecords
+    from stiction.sources.options import ReadOptions
     from stiction.sources.roles.loop_roles import LoopRoles
     from stiction.sources.table import RawTable, TagColumn
 
-__all__ = ["Loops", "find_loops"]
+__all__ = ["Loops", "SourceFailure", "time_positions"]
 
 MAX_TIME_COLUMNS = 3
 """Columns without a signal up to which they are read with the signals [-]."""
+MAX_NOTED_FAILURES = 3
+"""Failures that the records of the other loops name each [-]."""
+
+
+class SourceFailure(NamedTuple):
+    """A file or a loop that could not be read, while others could."""
+
+    file: str
+    """Name of the file."""
+    tag: str | None
+    """Tag of the loop; None where the file holds none."""
+    error: StictionError
+    """Why."""
 
 
 @dataclass(eq=False)
@@ -33,11 +45,17 @@ class Loops:
     options: ReadOptions
     """Options of the source."""
     roles: list[LoopRoles] = field(default_factory=list)
-    """The columns of each loop; empty when the source holds records."""
+    """The columns of each loop that is no stored record."""
     stored: list[StoredRecords] = field(default_factory=list)
-    """Files of records (`LoopRecord.to_parquet`)."""
+    """Files of records (`LoopRecord.to_parquet`); their loops come last."""
     time_positions: dict[RawTable, set[int]] = field(default_factory=dict)
     """Columns of each table that hold no signal but time; they are read with the signals, in one pass."""
+    failures: list[SourceFailure] = field(default_factory=list)
+    """Files that could not be read, or hold no loop."""
+    files: list[tuple[str, ...]] = field(default_factory=list)
+    """Files that must be opened together to find each loop; empty where the source is one file."""
+    zones: dict[str, str] = field(default_factory=dict)
+    """Files whose time stamps have no zone, among others that have -> the zone in which they are taken."""
 
     @property
     def tags(self) -> list[str]:
@@ -51,98 +69,66 @@ class Loops:
 
     def read_one(self, k: int) -> LoopRecord:
         """Read the loop number `k`, from 0; only its columns are read."""
-        if self.roles:
+        if k < len(self.roles):
             _load_columns([self.roles[k]], self.time_positions)
             return self._builder.build(self.roles[k])
+        k -= len(self.roles)
         for file in self.stored:
             if k < len(file.tags):
                 return file.read_one(k)
             k -= len(file.tags)
         raise IndexError(k)
 
-    def read(self) -> list[LoopRecord]:
-        """Read all loops. A loop that cannot be read, while others can, is an assumption of the others."""
-        _load_columns(self.roles, self.time_positions)
-        records, read_roles, failures = [], [], []
-        for k in range(len(self)):
+    def read_all(self) -> tuple[list[LoopRecord], list[SourceFailure]]:
+        """Read all loops; also give the files and loops that could not be read.
+
+        Raises
+        ------
+        RecordError
+            When the only loop of the only file cannot be read.
+        """
+        records, roles, failures = [], [], list(self.failures)
+        is_single = len(self) == 1 and not failures
+        try:
+            _load_columns(self.roles, self.time_positions)
+        except RecordError:  # each loop says below whether it is its columns that cannot be read
+            if is_single:
+                raise
+        for k, tag in enumerate(self.tags):
             try:
-                records.append(self.read_one(k))
-                read_roles += self.roles[k : k + 1]
-            except RecordError as error:
-                if len(self) == 1:
+                record = self.read_one(k)
+            except BaseException as error:
+                if is_single:
                     raise
-                failures.append(error)
+                name = self.roles[k].roles["op"].table.origin.name if k < len(self.roles) else ""
+                failures.append(SourceFailure(name, tag, failure_of(error, name)))
+            else:
+                records.append(record)
+                roles += self.roles[k : k + 1]
+        return (_link_cascades(records, roles) if self.roles else records), failures
+
+    def read(self) -> list[LoopRecord]:
+        """Read all loops. What cannot be read, while others can, is an assumption of the others.
+
+        Raises
+        ------
+        RecordError
+            When no loop can be read.
+        """
+        records, failures = self.read_all()
         if not records:
-            raise failures[0]
-        linked = _link_cascades(records, read_roles) if self.roles else records
-        notes = tuple(f"Left out: {error}" for error in failures)
-        return [_with_provenance(one, assumptions=(*one.provenance.assumptions, *notes)) for one in linked]
+            raise failures[0].error
+        notes = [f"Left out: {failure.error}" for failure in failures[:MAX_NOTED_FAILURES]]
+        if more := len(failures) - len(notes):
+            notes.append(f"Left out: {count_noun(more, 'more file or loop', 'more files or loops')}.")
+        return [_with_provenance(one, assumptions=(*one.provenance.assumptions, *notes)) for one in records]
 
     @cached_property
     def _builder(self) -> RecordBuilder:
         return RecordBuilder(self.options)
 
 
-def find_loops(source: Any, options: ReadOptions, **database: Any) -> Loops:
-    """Find the loops of a source without reading their signals, as far as its format allows.
-
-    `database` are arguments of `stiction.sources.sql.read_database`.
-    """
-    from stiction.sources.formats import read_format
-    from stiction.sources.frame import frame_to_table
-    from stiction.sources.layouts import read_layout
-    from stiction.sources.roles.assign import assign_roles
-    from stiction.sources.roles.map_file import read_map
-
-    rows = None if options.map is None else read_map(options.map)
-    if isinstance(source, str) and is_database_url(source):
-        from stiction.sources.sql import read_database
-
-        columns = {k: v for k, v in options.columns.items() if isinstance(v, str)}
-        chosen = {"columns": list(columns.values())} if columns and "table" in database else {}
-        tables = read_database(source, max_bytes=options.max_bytes, **{**chosen, **database})
-    elif database:
-        names = ", ".join(sorted(database))
-        raise ParameterError(
-            f"{names} can be used only with a database, and {source!r} is not a database URL such as sqlite:///plant.db."
-        )
-    elif isinstance(source, (str, os.PathLike, list, tuple)) or hasattr(source, "read"):
-        files = open_files(source, options)
-        if stored := _open_stored_records(files, options):
-            return Loops(options, stored=stored)
-        tables = [table for one in files for table in read_format(one, options)]
-    else:
-        tables = [frame_to_table(source)]
-    columns = read_layout(tables, options)
-    return Loops(
-        options, assign_roles(columns, options, rows, tables[0].origin.name), time_positions=_time_positions(columns)
-    )
-
-
-def _open_stored_records(files: list[ByteSource], options: ReadOptions) -> list[StoredRecords]:
-    """Open files of records; empty when a file is none, or an option says how to read it as a table."""
-    from stiction.sources.formats import parquet
-
-    if options != ReadOptions(tag=options.tag, max_bytes=options.max_bytes):
-        return []
-    if not all(parquet.recognises(one.head, one.origin.name) for one in files):
-        return []
-    from stiction.sources.formats.stored_records import open_records
-
-    stored = [open_records(one.path, keep=one) for one in files]
-    found = [one for one in stored if one is not None]
-    if len(found) < len(stored):
-        return []
-    if options.tag is None:
-        return found
-    chosen = [part for one in found if (part := one.select(options.tag)).tags]
-    if not chosen:
-        names = ", ".join(tag for one in found for tag in one.tags[:10])
-        raise RecordError(f"has no loop {options.tag!r}; give one of {names}.", where=files[0].origin.name)
-    return chosen
-
-
-def _time_positions(columns: list[TagColumn]) -> dict[RawTable, set[int]]:
+def time_positions(columns: list[TagColumn]) -> dict[RawTable, set[int]]:
     """Columns of each table that hold no signal; none where they are many, so not the time alone."""
     signals: dict[RawTable, set[int]] = {}
     for column in columns:
@@ -157,8 +143,9 @@ def _load_columns(loops: list[LoopRoles], time_positions: dict[RawTable, set[int
     wanted: dict[RawTable, set[int]] = {}
     for loop in loops:
         for column in loop.roles.values():
-            if column.position is not None:
-                wanted.setdefault(column.table, set()).add(column.position)
+            for part in column.parts or (column,):
+                if part.position is not None:
+                    wanted.setdefault(part.table, set()).add(part.position)
     for table, positions in wanted.items():
         table.load(positions | time_positions.get(table, set()))
 

@@ -14,17 +14,27 @@ if TYPE_CHECKING:
     from stiction.sources.byte_source import ByteSource
     from stiction.sources.options import ReadOptions
 
-__all__ = ["list_files", "open_files"]
+__all__ = ["list_files", "list_paths", "open_files", "source_name"]
 
 
 def open_files(source: Any, options: ReadOptions) -> list[ByteSource]:
     """Open a path, folder, pattern, "-", binary file, or list of these; an archive gives several files."""
+    return [one for path in list_paths(source) for one in open_sources(path, options)]
+
+
+def list_paths(source: Any) -> list[Any]:
+    """List the files of a path, folder, pattern, "-", binary file, or list of these."""
     paths: list[Any] = []
     for part in source if isinstance(source, (list, tuple)) else [source]:
         paths += list_files(part) if isinstance(part, (str, os.PathLike)) and part != "-" else [part]
     if not paths:
         raise RecordError("the list of files is empty; give one or more.")
-    return [one for path in paths for one in open_sources(path, options)]
+    return paths
+
+
+def source_name(path: Any) -> str:
+    """Name of a path or stream, for messages."""
+    return os.fspath(path) if isinstance(path, (str, os.PathLike)) else str(getattr(path, "name", "stream"))
 
 
 def list_files(source: str | os.PathLike[str], *, subfolders: bool = False) -> list[str]:

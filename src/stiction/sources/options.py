@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import NoneType
@@ -12,12 +13,14 @@ from stiction.errors import ParameterError, require_finite, require_kind, requir
 if TYPE_CHECKING:
     from os import PathLike
 
-__all__ = ["MAX_BYTES", "MAX_RATIO", "ReadOptions"]
+__all__ = ["FIXED_OFFSET", "MAX_BYTES", "MAX_RATIO", "ReadOptions"]
 
 MAX_BYTES = 2_000_000_000
 """Size up to which a file is read, after decompression [bytes]."""
 MAX_RATIO = 200
 """Decompressed size over compressed size up to which a file is read [-]."""
+FIXED_OFFSET = re.compile(r"([+-])(\d\d):(\d\d)")
+"""A time zone as its difference to UTC."""
 
 
 @dataclass(frozen=True)
@@ -115,7 +118,11 @@ def _span(name: str, what: str, span: Any) -> tuple[float, float] | None:
 def _require_timezone(name: str) -> None:
     from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 
+    if FIXED_OFFSET.fullmatch(name):
+        return
     try:
         ZoneInfo(name)
     except (ZoneInfoNotFoundError, ValueError, OSError):
-        raise ParameterError(f"timezone = {name!r} is unknown; give a name such as 'Europe/Berlin' or 'UTC'.") from None
+        raise ParameterError(
+            f"timezone = {name!r} is unknown; give a name such as 'Europe/Berlin', 'UTC' or '+01:00'."
+        ) from None

@@ -7,7 +7,7 @@ from dataclasses import fields
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 from stiction.errors import ParameterError
-from stiction.sources.loops import Loops, find_loops
+from stiction.sources.find_loops import find_loops
 from stiction.sources.options import MAX_BYTES, ReadOptions
 
 if TYPE_CHECKING:
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from datetime import datetime
 
     from stiction.records.record import LoopRecord
+    from stiction.sources.loops import Loops
 
 __all__ = ["open_loops", "read"]
 

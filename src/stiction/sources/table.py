@@ -90,6 +90,13 @@ class Clock:
     """Time stamps that one or several columns share, parsed when they are first needed."""
 
     parse: Callable[[], Stamps]
+    parse_first: Callable[[], Stamps] | None = None
+    """Parses the first rows alone."""
+
+    @cached_property
+    def kind(self) -> str:
+        """Kind of the stamps: "utc", "local" or "relative"; by the first rows where that is possible."""
+        return (self.parse_first() if self.parse_first else self.stamps).kind
 
     @cached_property
     def stamps(self) -> Stamps:
@@ -119,6 +126,8 @@ class TagColumn:
     """Heading -> gives the quality or bad flag that stands with each value, where each row has one (long tables)."""
     own_clock: bool = False
     """Whether this tag was stored at times of its own, so that it must be aligned with the loop's other tags."""
+    parts: tuple[TagColumn, ...] = ()
+    """The columns of several files of which it is made, in the order of time; empty where it is one."""
 
     @cached_property
     def cells(self) -> pl.Series:

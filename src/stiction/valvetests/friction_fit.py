@@ -218,7 +218,10 @@ def fit_friction(rows: SlipRows, is_position: bool, *, dt: float, op_step: float
     if not both and not is_position:
         bands, sb, lag, deadband, S = np.full(n, math.nan), Estimate(n=n), Estimate(), Estimate(), Estimate()
     late = late if is_position or free_late else math.nan
-    return FrictionFit(offset, slope, sb, sj, lag, deadband, S, delay, late, doubt, bands, jumps, both)
+    return FrictionFit(
+        offset, slope, sb, sj, lag, deadband, S, delay, late=late, systematic_error=doubt, stick_bands=bands,
+        jumps=jumps, both_directions=both,
+    )  # fmt: skip
 
 
 def _width(found: Estimate) -> float:

@@ -111,10 +111,10 @@ def analyse_ramp(
     verdict, reason = ramp_verdict(sb, sj, S, stuck, limit, reading.signal, fit.systematic_error if fit else None)
     return RampTest(
         record, reading.signal, verdict, reason, limit, unknown, settings,
-        sb, sj, r_low, r_high, deadband, S,
-        fit.offset if fit else math.nan, fit.slope if fit else math.nan, fit.delay if fit else math.nan,
-        ramps, ramp_events(op_ramps, found, fit), ramps_by_travel(rows, fit, bins),
-        valve, residual, position, model,
+        sb=sb, sj=sj, r_low=r_low, r_high=r_high, deadband=deadband, S=S,
+        offset=fit.offset if fit else math.nan, slope=fit.slope if fit else math.nan,
+        delay=fit.delay if fit else math.nan, ramps=ramps, events=ramp_events(op_ramps, found, fit),
+        travel=ramps_by_travel(rows, fit, bins), valve=valve, residual=residual, position=position, model=model,
     )  # fmt: skip
 
 

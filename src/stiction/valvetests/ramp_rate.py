@@ -41,7 +41,17 @@ def classify_ramps(
         line = ramp.line
         table.append(
             Ramp(
-                line.start, line.end, ramp.rate, ramp.op_start, ramp.op_end, behaviour, count, sb, sj, smallest, reason
+                line.start,
+                line.end,
+                ramp.rate,
+                ramp.op_start,
+                ramp.op_end,
+                behaviour,
+                count,
+                sb=sb,
+                sj=sj,
+                smallest_stair=smallest,
+                reason=reason,
             )
         )
     return tuple(table)

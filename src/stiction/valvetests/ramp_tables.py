@@ -38,19 +38,9 @@ def rows_for_fit(ramps: tuple[OpRamp, ...], found: tuple[StemMoves, ...]) -> Sli
     direction, op, before, after, rate, followed, jumps, rise = np.array(slips, dtype=float).reshape(-1, 8).T
     place, mean, follow_op, follow_stem = np.array(points, dtype=float).reshape(-1, 4).T
     return SlipRows(
-        direction,
-        op,
-        before,
-        after,
-        rate,
-        followed > 0.0,
-        jumps,
-        rise,
-        place.astype(np.int64),
-        mean > 0.0,
-        follow_op,
-        follow_stem,
-    )
+        direction, op, before, after, rate, followed > 0.0, jumps, rise, follow_slip=place.astype(np.int64),
+        follow_mean=mean > 0.0, follow_op=follow_op, follow_stem=follow_stem,
+    )  # fmt: skip
 
 
 def ramp_events(

@@ -108,9 +108,9 @@ def analyse_steps(record: LoopRecord, *, signal: str | None = None, limit: float
     )
     return StepTest(
         record, reading.signal, verdict, reason, limit, unknown, settings,
-        deadband_only(steps, reading.signal == "mv", S, fine), fine, S, reversal, (S.low, S.high + fine.high),
-        dead_time, t63, t86, t98, overshoot,
-        smallest, steps, readings,
+        deadband=deadband_only(steps, reading.signal == "mv", S, fine), resolution=fine, S=S, reversal_travel=reversal,
+        reversal_range=(S.low, S.high + fine.high), dead_time=dead_time, t63=t63, t86=t86, t98=t98,
+        overshoot=overshoot, smallest_response=smallest, steps=steps, readings=readings,
     )  # fmt: skip
 
 

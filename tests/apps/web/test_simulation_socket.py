@@ -15,8 +15,8 @@ from starlette.websockets import WebSocketDisconnect
 from apps.web.running import run_apart
 from stiction.apps.web.simulation_answers import answer
 from stiction.apps.web.simulation_socket import LatestValue, answer_questions
-from stiction.apps.web.worker_process import TimeLimitError, WorkerLostError
 from stiction.errors import ParameterError
+from stiction.worker_process import TimeLimitError, WorkerLostError
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -11,9 +11,9 @@ from functools import partial
 import pytest
 
 from apps.web.running import run_apart
-from stiction.apps.web.worker_process import TimeLimitError, WorkerLostError
 from stiction.apps.web.workers import WorkerPool
 from stiction.errors import ParameterError, require_positive
+from stiction.worker_process import TimeLimitError, WorkerLostError
 
 
 def run(work, count: int = 1):

@@ -14,7 +14,7 @@ from hypothesis import strategies as some
 import naive
 import stiction as st
 from stiction.diagnosis.identification.three_parameter import op_moves, three_parameter_positions
-from stiction.models.parameter_conversion import stick_bands_to_SJ
+from stiction.models.parameter_conversion import convert_bands
 
 from .staircases import drawn
 
@@ -49,7 +49,8 @@ def test_the_truth_is_found(seed):
     assert result.parameters["sb"] == pytest.approx(valve.sb, rel=0.03)
     assert result.parameters["sj"] == pytest.approx(valve.sj, rel=0.1)
     assert result.parameters["r"] == pytest.approx(valve.r, rel=0.15, abs=0.01)
-    assert stick_bands_to_SJ(result.parameters["sb"], result.parameters["sj"]) == pytest.approx((result.S, result.J))
+    bands = convert_bands(result.parameters["sb"], result.parameters["sj"], "sb, sj", "S, J")
+    assert bands == pytest.approx((result.S, result.J))
 
 
 def test_most_intervals_hold_the_truth():

@@ -26,9 +26,9 @@ from stiction.apps.web import (
 from stiction.apps.web.bodies import read_json
 from stiction.apps.web.guard import Guard
 from stiction.apps.web.static_files import static_folder
-from stiction.apps.web.worker_process import TimeLimitError, WorkerLostError
 from stiction.apps.web.workers import Workers
 from stiction.errors import StictionError
+from stiction.worker_process import TimeLimitError, WorkerLostError
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator

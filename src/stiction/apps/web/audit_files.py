@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import json
-import math
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from stiction.apps.web.table_row import table_row
 from stiction.errors import RecordError
 
 if TYPE_CHECKING:
-    from stiction.fleet import Audit
+    from stiction.fleet import Audit, LoopRow
 
 __all__ = [
     "audit_rows",
@@ -22,11 +22,6 @@ __all__ = [
     "tag_of_loop",
 ]
 
-ROW_NAMES = (
-    "tag", "area", "source", "status", "verdict", "probability", "loop_state", "oscillation_cause", "period_s", "S",
-    "J", "priority", "action", "group",
-)  # fmt: skip
-"""What the table of loops shows of a row."""
 SPARKLINE_POINTS = 60
 GROUP_POINTS = 700
 """Points of a trend in a group [-]."""
@@ -64,11 +59,6 @@ def result_version(folder: str) -> int:
 def _changed(folder: Path, names: tuple[str, ...]) -> int:
     times = [path.stat().st_mtime_ns // 1_000_000 for name in names if (path := folder / name).is_file()]
     return max(times, default=0)
-
-
-def _key_of(audit: Audit, tag: str) -> int:
-    """Number of a loop, which stays the same in later runs."""
-    return audit.signal_parts[tag][0]
 
 
 def tag_of_loop(folder: str, key: int) -> str:
@@ -109,22 +99,12 @@ def _rows(audit: Audit) -> list[dict[str, Any]]:
     labels = audit.labels()
     rows = []
     for row in audit.rows:
-        tag = row["tag"]
-        short = {name: _rounded(row[name]) for name in ROW_NAMES if row[name] is not None}
-        short |= {"key": _key_of(audit, tag), "has_signals": bool(audit.signal_parts[tag][1])}
-        if row["status"] in ("error", "timeout", "crashed"):
-            short["error"] = row["reason"]
-            short.pop("verdict", None)
-        elif row["status"] == "screened":
-            short.pop("verdict", None)
-        if tag in labels:
-            short["label"] = labels[tag].label
+        number, part = audit.signal_parts[row.tag]
+        short = table_row(row) | {"key": number, "has_signals": bool(part)}
+        if row.tag in labels:
+            short["label"] = labels[row.tag].label
         rows.append(short)
     return rows
-
-
-def _rounded(value: object) -> object:
-    return float(f"{value:.4g}") if isinstance(value, float) and math.isfinite(value) else value
 
 
 def audit_sparks(folder: str, keys: list[int]) -> dict[str, list[float | None]]:
@@ -143,15 +123,15 @@ def audit_sparks(folder: str, keys: list[int]) -> dict[str, list[float | None]]:
 def describe_groups(folder: str) -> bytes:
     """Return the groups with keys, verdicts, trends in phase order and spectra of their members, as JSON."""
     audit = load_audit(folder)
-    rows = {row["tag"]: row for row in audit.rows}
+    rows = {row.tag: row for row in audit.rows}
     groups = [_describe_group(audit, rows, group) for group in audit.groups]
     return json.dumps({"groups": groups, "version": audit_version(folder)}, allow_nan=False).encode()
 
 
-def _describe_group(audit: Audit, rows: dict[str, dict[str, Any]], group: dict[str, Any]) -> dict[str, Any]:
+def _describe_group(audit: Audit, rows: dict[str, LoopRow], group: dict[str, Any]) -> dict[str, Any]:
     details = sorted(group["member_details"], key=lambda one: -one["phase_deg"])
     members = [
-        {**one, "key": _key_of(audit, one["tag"])}
+        {**one, "key": audit.signal_parts[one["tag"]][0]}
         | {name: rows[one["tag"]][name] for name in ("verdict", "status", "probability", "area")}
         for one in details
         if one["tag"] in rows
@@ -221,8 +201,7 @@ def compare_with(folder: str, other: str) -> bytes:
 
     now, before = load_audit(folder), load_audit(other)
     rows = [
-        {name: _rounded(value) for name, value in row.items()}
-        | {"key": _key_of(now, row["tag"]) if row["tag"] in now.signal_parts else None}
+        row | {"key": now.signal_parts[row["tag"]][0] if row["tag"] in now.signal_parts else None}
         for row in compare_audits(now, before)
     ]
     runs = {"started": now.run["started"], "started_before": before.run["started"]}

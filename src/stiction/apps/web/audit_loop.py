@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from stiction.fleet import Audit
+    from stiction.fleet import Audit, LoopRow
     from stiction.records import LoopRecord
 
 __all__ = ["prepare_audit_loop", "write_audit_record"]
@@ -46,7 +46,7 @@ def prepare_audit_loop(folder: str, key: int, target: str) -> None:
     except (StictionError, OSError) as error:
         reason = error.text(where=error.file_name) if isinstance(error, StictionError) else error.strerror
         content = _content_of_row(row) | {"pvop": None}
-        _write_means(audit, tag, place, f"because {row['source']} cannot be read: {reason}")
+        _write_means(audit, tag, place, f"because {row.source} cannot be read: {reason}")
     else:
         note = "raw samples of the source" + _change_note(audit, tag, row, record)
         content = _diagnose(audit, row, record)
@@ -68,75 +68,63 @@ def write_audit_record(folder: str, key: int, path: str) -> None:
     audit = load_audit(folder)
     record = audit.read(tag_of_loop(folder, key))
     place.parent.mkdir(parents=True, exist_ok=True)
-    options = {name: audit.run[name] for name in ("prior", "costs") if audit.run.get(name) is not None}
+    options = {name: audit.run[name] for name in ("prior", "costs")}
     place.with_name(OPTIONS_FILE).write_text(json.dumps(options), encoding="utf-8")
     record.to_parquet(place)
 
 
-def _diagnose(audit: Audit, row: dict[str, Any], record: LoopRecord) -> dict[str, Any]:
-    """Diagnose the shortened record as the audit did; where its row says something else, the row counts."""
-    from stiction import diagnose
-    from stiction.fleet.loop_oscillations import LoopOscillation
-    from stiction.fleet.loop_row import main_oscillation
-    from stiction.fleet.reduced_record import reduce_record
+def _diagnose(audit: Audit, row: LoopRow, record: LoopRecord) -> dict[str, Any]:
+    """Diagnose the record as the audit did; where its row says something else, the row counts."""
     from stiction.report.loop_view import LoopView
 
     if record.pv is None:
         return _content_of_row(row) | {"pvop": None, "arrays": {}}
-    main = main_oscillation([LoopOscillation(**one) for one in row["oscillations"]])
-    shorter = reduce_record(record, main.period if main is not None else float("nan"))
-    diagnosis = diagnose(shorter, **audit.diagnosis_options)
+    diagnosis = audit.diagnose(record)
     content = loop_content(diagnosis)
-    if row["status"] == "diagnosed" and diagnosis.verdict != row["verdict"]:
-        content |= {
-            name: _content_of_row(row)[name] for name in ("verdict", "verdict_label", "headline", "reason", "action")
-        }
+    if row.status != "screened" and diagnosis.verdict != row.verdict:
+        told = _content_of_row(row)
+        content |= {name: told[name] for name in ("verdict", "verdict_label", "headline", "reason", "action")}
         content["confidence"] = (
             "The source now gives another verdict than at the time of the audit; run the audit again"
         )
     view = LoopView(diagnosis)
-    same = len(shorter) == len(record)
-    content["arrays"] = {"model": view.model, "position": view.valve_position} if same else {}
-    return content
+    return content | {"arrays": {"model": view.model, "position": view.valve_position}}
 
 
-def _content_of_row(row: dict[str, Any]) -> dict[str, Any]:
+def _content_of_row(row: LoopRow) -> dict[str, Any]:
     """What the page shows when there is only the row of the audit."""
     from stiction.diagnosis.loop_state import HEADLINES
     from stiction.report import labels
 
-    verdict, state = row["verdict"], row["loop_state"] or "in_control"
-    p = row["probability"]
-    size = ""
-    if verdict == "stiction" and row["S"] is not None:
-        size = f": S = {labels.format_number(row['S'])} % of span, J = {labels.format_number(row['J'])} %"
-    title = {"stiction": "Valve stiction", "no_stiction": "No valve stiction found"}.get(
-        verdict, "Cannot tell whether the valve sticks"
+    state, chance = row.loop_state or "in_control", row.text("probability")
+    unit = "%" if row.op_unit == "% of span" else ""
+    size = f": S = {row.text('S')} {unit}, J = {row.text('J')} {unit}" if row.S is not None else ""
+    title = {"stiction": f"Valve stiction{size}", "no_stiction": "No valve stiction found"}.get(
+        row.verdict, "Cannot tell whether the valve sticks"
     )
     if state != "in_control":
         title = f"{HEADLINES[state]}: cannot tell whether the valve sticks"
-    facts = [["Status", str(row["status"])]]
-    if row["period_s"] is not None:
-        facts.append(["Period", labels.format_duration(row["period_s"])])
+    facts = [["Status", row.status], ["Period", row.text("period_s")]]
     return {
-        "diagnosis": None, "tag": row["tag"], "verdict": verdict, "verdict_label": labels.VERDICTS[verdict],
-        "headline": title + size, "reason": row["reason"], "action": row["action"],
-        "confidence": "" if p is None else f"Probability of stiction {labels.format_probability(p)}",
+        "diagnosis": None, "tag": row.tag, "verdict": row.verdict, "verdict_label": labels.VERDICTS[row.verdict],
+        "headline": title, "reason": row.reason, "action": row.action,
+        "confidence": f"Probability of stiction {chance}" if chance else "",
         "state": {"name": state, "title": HEADLINES[state], "why": "", "action": "", "stretches": []},
-        "facts": facts, "identified": [], "contributions": [], "contributions_sentence": "", "evidence": [],
-        "checks": [{"name": name, "severity": "warn", "why": "see the report"} for name in row["data_warnings"]],
-        "origin": [["Source", row["source"]], ["From", str(row["start"] or "")], ["To", str(row["end"] or "")]],
-        "units": {"pv": row["pv_unit"] or "engineering units", "op": "% of span"},
+        "facts": [fact for fact in facts if fact[1]], "identified": [], "contributions": [],
+        "contributions_sentence": "", "evidence": [],
+        "checks": [{"name": name, "severity": "warn", "why": "see the report"} for name in row.data_warnings],
+        "origin": [["Source", row.source], ["From", row.start or ""], ["To", row.end or ""]],
+        "units": {"pv": row.pv_unit or "engineering units", "op": row.op_unit},
     }  # fmt: skip
 
 
-def _change_note(audit: Audit, tag: str, row: dict[str, Any], record: LoopRecord) -> str:
+def _change_note(audit: Audit, tag: str, row: LoopRow, record: LoopRecord) -> str:
     """Say when the source was changed after the audit."""
     started = audit.run["started"]
     times = [Path(name).stat().st_mtime for name in audit.source_of(tag).part.names if Path(name).is_file()]
     is_newer = started and times and max(times) > datetime.fromisoformat(started).timestamp()
-    if is_newer or (row["samples"] is not None and row["samples"] != len(record)):
-        return f" ({row['source']} was changed after the audit; run the audit again)"
+    if is_newer or (row.samples is not None and row.samples != len(record)):
+        return f" ({row.source} was changed after the audit; run the audit again)"
     return ""
 
 

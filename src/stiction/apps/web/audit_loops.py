@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any
 
 from starlette.exceptions import HTTPException
 
-from stiction.apps.web.audit_files import audit_rows, audit_version, result_version, tag_of_loop
+from stiction.apps.web.audit_files import audit_rows, audit_sparks, audit_version, result_version, tag_of_loop
 from stiction.apps.web.audit_loop import prepare_audit_loop, write_audit_record
-from stiction.apps.web.worker_process import TimeLimitError, WorkerLostError
 from stiction.errors import StictionError
+from stiction.worker_process import TimeLimitError, WorkerLostError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -52,6 +52,11 @@ class AuditLoops:
         """Folder of `labels.csv`."""
         return self.folder
 
+    @property
+    def audit_folder(self) -> Path:
+        """Folder of the audit."""
+        return self.folder
+
     async def changes(self, workers: Workers, since: int) -> bytes:
         """Rows and progress as JSON."""
         await self._raise_failure()
@@ -68,6 +73,10 @@ class AuditLoops:
     def _unchanged(self, version: int) -> bytes:
         """The answer when nothing changed; the page keeps its progress."""
         return json.dumps({"version": version, "rows": [], "progress": None}).encode()
+
+    async def sparks(self, workers: Workers, keys: list[int]) -> dict[str, list[float | None]]:
+        """Small trends of some loops: PV less SP, block means."""
+        return await workers.quick.call(audit_sparks, str(self.folder), keys)
 
     async def preload(self, workers: Workers) -> None:
         """Make the table before the page asks for it; the page says what is wrong with the audit."""
@@ -105,8 +114,9 @@ class AuditLoops:
         """Whether the audit goes on in a process of this server."""
         return self._process is not None and self._process.returncode is None
 
-    async def start(self, _: Workers) -> None:
+    async def start(self, workers: Workers) -> None:
         """Go on with the audit in a process of its own."""
+        del workers
         if not self.is_running:
             command = (sys.executable, "-m", "stiction.apps.web.audit_process", str(self.folder))
             self._process = await asyncio.create_subprocess_exec(*command, stderr=asyncio.subprocess.PIPE)

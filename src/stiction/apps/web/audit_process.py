@@ -13,13 +13,12 @@ __all__ = ["main"]
 def main(folder: str) -> int:
     """Run the audit of a folder again with its own options; return an exit code."""
     from stiction.fleet import audit, open_audit
-    from stiction.fleet.audit import RUN_OPTIONS
+    from stiction.fleet.audit_options import RUN_OPTIONS
 
     known = open_audit(folder)
     names = ("loops", "signals", "connections", "reading")
     options: dict[str, Any] = {name: known.settings.get(name) for name in names}
-    options |= {name: known.run.get(name) for name in ("since", "until")}
-    options |= {name: value for name in RUN_OPTIONS if (value := known.run.get(name)) is not None}
+    options |= {name: known.run[name] for name in ("since", "until", *RUN_OPTIONS)}
     try:
         audit(known.settings["sources"], folder, **options)
     except StictionError as error:

@@ -8,39 +8,40 @@ from starlette.exceptions import HTTPException
 from starlette.routing import Route
 
 from stiction.apps.web.audit_files import compare_with, describe_groups
-from stiction.apps.web.audit_loops import AuditLoops
 from stiction.apps.web.bodies import json_bytes
 from stiction.apps.web.loop_sets import find_set
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from starlette.requests import Request
     from starlette.responses import Response
 
 __all__ = ["ROUTES"]
 
 
-def _audit(request: Request) -> AuditLoops:
-    loops = find_set(request)
-    if not isinstance(loops, AuditLoops):
+def _audit_folder(request: Request) -> Path:
+    folder = find_set(request).audit_folder
+    if folder is None:
         raise HTTPException(
             404, "Groups and comparisons need an audit. Start the server with one: stiction serve AUDIT."
         )
-    return loops
+    return folder
 
 
 async def _groups(request: Request) -> Response:
     """Groups of loops that share an oscillation."""
-    audit = _audit(request)
-    return json_bytes(await request.app.state.workers.background.call(describe_groups, str(audit.folder)))
+    folder = _audit_folder(request)
+    return json_bytes(await request.app.state.workers.background.call(describe_groups, str(folder)))
 
 
 async def _compare(request: Request) -> Response:
     """What changed since another open audit."""
-    audit = _audit(request)
+    folder = _audit_folder(request)
     other = request.app.state.workspace.audits.get(request.path_params["other"])
     if other is None:
         raise HTTPException(404, "The other audit is not open. Start the server with both: stiction serve AUDIT AUDIT.")
-    call = (compare_with, str(audit.folder), str(other.folder))
+    call = (compare_with, str(folder), str(other.folder))
     return json_bytes(await request.app.state.workers.background.call(*call))
 
 

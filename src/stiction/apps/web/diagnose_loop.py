@@ -7,11 +7,13 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from stiction.apps.web.table_row import table_row
+
 if TYPE_CHECKING:
     from stiction.diagnosis import Diagnosis
     from stiction.records import LoopRecord
 
-__all__ = ["OPTIONS_FILE", "diagnose_file", "diagnose_loop", "loop_content", "loop_row"]
+__all__ = ["OPTIONS_FILE", "diagnose_file", "diagnose_loop", "loop_content"]
 
 OPTIONS_FILE = "options.json"
 """Prior and costs of the audit that a record belongs to; without it those of `stiction.diagnose` hold."""
@@ -51,7 +53,8 @@ def diagnose_loop(record_path: str, folder: str) -> dict[str, Any]:
     dict
         The row of the table of loops.
     """
-    from stiction.apps.web.trend_data import save_signals
+    from stiction.apps.web.trend_data import save_signals, thin_values
+    from stiction.fleet import LoopRow
     from stiction.records.atomic_write import write_atomically
     from stiction.report.loop_view import LoopView
 
@@ -62,32 +65,9 @@ def diagnose_loop(record_path: str, folder: str) -> dict[str, Any]:
     target.mkdir(parents=True, exist_ok=True)
     save_signals(target / "signals.npz", diagnosis.record, {"model": view.model, "position": view.valve_position}, note)
     write_atomically(json.dumps(loop_content(diagnosis), allow_nan=False), target / "content.json")
-    return loop_row(diagnosis)
-
-
-def loop_row(diagnosis: Diagnosis) -> dict[str, Any]:
-    """Return the row of a loop in the table."""
-    from stiction.apps.web.trend_data import thin_values
-    from stiction.report import labels
-
-    found, record, oscillation = diagnosis.identification, diagnosis.record, diagnosis.oscillation
-    in_control = diagnosis.loop_state.in_control
-    sized = found is not None and in_control and diagnosis.verdict != "no_stiction"
-    trend = record.op if record.pv is None else record.pv
-    return {
-        "tag": record.tag,
-        "status": "diagnosed",
-        "verdict": diagnosis.verdict,
-        "probability": round(diagnosis.probability, 4),
-        "loop_state": diagnosis.loop_state.state,
-        "oscillation_cause": diagnosis.cause if in_control else None,
-        "period_s": _finite(oscillation.period) if oscillation.oscillating else None,
-        "S": _finite(found.S) if sized and found else None,
-        "J": _finite(found.J) if sized and found else None,
-        "headline": labels.headline(diagnosis),
-        "action": diagnosis.action,
-        "spark": thin_values(trend, SPARKLINE_POINTS),
-    }
+    record = diagnosis.record
+    trend = thin_values(record.op if record.pv is None else record.pv, SPARKLINE_POINTS)
+    return table_row(LoopRow(record.tag).with_diagnosis(diagnosis)) | {"spark": trend}
 
 
 def _finite(value: float) -> float | None:

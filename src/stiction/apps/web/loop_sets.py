@@ -8,13 +8,13 @@ from starlette.exceptions import HTTPException
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
-from stiction.apps.web.audit_files import audit_sparks
-from stiction.apps.web.audit_loops import AuditLoops
 from stiction.apps.web.bodies import json_bytes, read_json
 from stiction.apps.web.export_table import FORMATS, export_table
 
 if TYPE_CHECKING:
     from starlette.requests import Request
+
+    from stiction.apps.web.loop_set import LoopSet
 
 __all__ = ["ROUTES", "find_set"]
 
@@ -24,7 +24,7 @@ MAX_EXPORT_BYTES = 30_000_000
 """Size of a table that may be exported [bytes]."""
 
 
-def find_set(request: Request) -> Any:
+def find_set(request: Request) -> LoopSet:
     """Return the set of loops that the path names.
 
     Raises
@@ -44,8 +44,8 @@ async def _list(request: Request) -> Response:
     return JSONResponse({"sets": [_describe(one) for one in sets]})
 
 
-def _describe(loops: Any) -> dict[str, Any]:
-    return {"id": loops.id, "name": loops.name, "is_audit": isinstance(loops, AuditLoops)}
+def _describe(loops: LoopSet) -> dict[str, Any]:
+    return {"id": loops.id, "name": loops.name, "is_audit": loops.audit_folder is not None}
 
 
 async def _rows(request: Request) -> Response:
@@ -62,11 +62,8 @@ async def _sparks(request: Request) -> Response:
     texts = request.query_params.get("keys", "").split(",")[:MAX_SPARKS]
     if not all(text.isdecimal() for text in texts):
         raise HTTPException(400, "The numbers of the loops cannot be read; load the page again.")
-    loops = find_set(request)
-    if not isinstance(loops, AuditLoops):
-        return JSONResponse({"sparks": {}})
-    call = (audit_sparks, str(loops.folder), [int(text) for text in texts])
-    return JSONResponse({"sparks": await request.app.state.workers.quick.call(*call)})
+    sparks = await find_set(request).sparks(request.app.state.workers, [int(text) for text in texts])
+    return JSONResponse({"sparks": sparks})
 
 
 async def _run(request: Request) -> Response:
@@ -74,8 +71,8 @@ async def _run(request: Request) -> Response:
     loops = find_set(request)
     body = await read_json(request)
     if body.get("run"):
-        others = request.app.state.workspace.audits.values()
-        if loops in others and any(one.is_running for one in others if one is not loops):
+        others = [one for one in request.app.state.workspace.audits.values() if one is not loops]
+        if loops.audit_folder is not None and any(one.is_running for one in others):
             raise HTTPException(409, "Another audit is running. Stop it first: one runs at a time.")
         await loops.start(request.app.state.workers)
     else:

@@ -13,8 +13,8 @@ from starlette.routing import Route
 
 from stiction.apps.web.bodies import read_json
 from stiction.apps.web.read_files import map_as_csv, read_files
-from stiction.apps.web.worker_process import TimeLimitError, WorkerLostError
 from stiction.errors import StictionError
+from stiction.worker_process import TimeLimitError, WorkerLostError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 from starlette.exceptions import HTTPException
 
 from stiction.apps.web.diagnose_loop import diagnose_loop
-from stiction.apps.web.worker_process import TimeLimitError, WorkerLostError
 from stiction.errors import StictionError
+from stiction.worker_process import TimeLimitError, WorkerLostError
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -22,6 +22,8 @@ __all__ = ["SessionLoops"]
 
 DIAGNOSIS_LIMIT_S = 120.0
 """Longest time of one diagnosis [s]."""
+FAILED = ("failed", "crashed")
+"""Status of loops that could not be diagnosed."""
 POLL_S = 0.05
 """Time between two looks at a diagnosis that is running [s]."""
 MAX_LOOPS = 20_000
@@ -46,10 +48,17 @@ class SessionLoops:
         self._began = 0.0
         self._done_since = 0
 
+    audit_folder = None
+
     @property
     def notes_folder(self) -> Path:
         """Folder of `labels.csv`."""
         return self.folder
+
+    @property
+    def is_running(self) -> bool:
+        """Whether loops are being diagnosed."""
+        return self._running
 
     def add(self, loops: list[dict[str, Any]]) -> list[int]:
         """Add the loops of a source that was read; return their keys."""
@@ -89,7 +98,7 @@ class SessionLoops:
             await asyncio.sleep(POLL_S)
         if row["status"] == "waiting":
             await self.diagnose(workers, key)
-        if row["status"] != "diagnosed":
+        if row["status"] in FAILED:
             raise HTTPException(422, f"{row['tag']} could not be diagnosed: {row.get('error', '')}")
         return self.loop_folder(key)
 
@@ -162,6 +171,11 @@ class SessionLoops:
         rows = [row for row, version in zip(self.rows, self._changed, strict=True) if version > since]
         answer = {"version": self._version, "rows": rows, "progress": self.progress()}
         return json.dumps(answer, separators=(",", ":"), allow_nan=False).encode()
+
+    async def sparks(self, workers: Workers, keys: list[int]) -> dict[str, list[float | None]]:
+        """Nothing: each row has its trend."""
+        del workers, keys
+        return {}
 
     def progress(self) -> dict[str, Any]:
         """Counts, rate and time left of the diagnoses."""

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 from starlette.websockets import WebSocketDisconnect
 
 from stiction.apps.web.simulation_answers import QUICK_KINDS, SLOW_KINDS, answer
-from stiction.apps.web.worker_process import TimeLimitError, WorkerFaultError, WorkerLostError
 from stiction.errors import StictionError
+from stiction.worker_process import TimeLimitError, WorkerFaultError, WorkerLostError
 
 if TYPE_CHECKING:
     from starlette.websockets import WebSocket

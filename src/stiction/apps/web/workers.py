@@ -8,7 +8,7 @@ import sys
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from stiction.apps.web.worker_process import TimeLimitError, Worker, WorkerLostError
+from stiction.worker_process import TimeLimitError, WorkerLostError, WorkerProcess
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine, Sequence
@@ -17,8 +17,35 @@ __all__ = ["WorkerPool", "Workers"]
 
 BACKGROUND_NICENESS = 5
 """How far the processes for long work give way to the page [-]."""
+WARM_LIMIT_S = 600.0
+"""Longest time of a step that warms a process [s]."""
 TIME_LIMIT_S = 60.0
 """Longest time of a call when the caller names none [s]."""
+
+
+class _Worker:
+    """A worker process that is started again when it has ended."""
+
+    def __init__(self, niceness: int) -> None:
+        self._niceness = niceness
+        self._process: WorkerProcess | None = None
+
+    def start(self) -> WorkerProcess:
+        """Start the process, if it does not run."""
+        if self._process is None or not self._process.is_alive:
+            self._process = WorkerProcess(self._niceness)
+        return self._process
+
+    def stop(self) -> None:
+        """End the process at once."""
+        if self._process is not None:
+            self._process.kill()
+
+    def run(self, limit_s: float, function: Callable[..., Any], *arguments: Any) -> Any:
+        """Run a function of a module in the process and return what it returns."""
+        process = self.start()
+        process.send(function, *arguments)
+        return process.wait(limit_s)
 
 
 class WorkerPool:
@@ -28,9 +55,9 @@ class WorkerPool:
     """
 
     def __init__(self, count: int, warm_steps: Sequence[Callable[[], object]] = (), niceness: int = 0) -> None:
-        self._all = [Worker(niceness) for _ in range(count)]
+        self._all = [_Worker(niceness) for _ in range(count)]
         self._warm_steps = warm_steps
-        self._free: list[Worker] = []
+        self._free: list[_Worker] = []
         self._freed = asyncio.Condition()
         self._waiting = 0
         self._tasks: set[asyncio.Task[Any]] = set()
@@ -59,13 +86,13 @@ class WorkerPool:
             await self._give_back(first)
 
     @staticmethod
-    async def _warm(worker: Worker, step: Callable[[], object]) -> None:
+    async def _warm(worker: _Worker, step: Callable[[], object]) -> None:
         try:
-            await worker.call(step)
+            await asyncio.to_thread(worker.run, WARM_LIMIT_S, step)
         except (WorkerLostError, TimeLimitError) as error:
             print(f"stiction: a worker process could not be prepared: {error}", file=sys.stderr)
 
-    async def _take(self) -> Worker:
+    async def _take(self) -> _Worker:
         """Wait until a worker is free, and take it."""
         self._waiting += 1
         try:
@@ -75,13 +102,13 @@ class WorkerPool:
         finally:
             self._waiting -= 1
 
-    async def _take_idle(self, worker: Worker) -> None:
+    async def _take_idle(self, worker: _Worker) -> None:
         """Wait until a worker is free and no call waits, and take it."""
         async with self._freed:
             await self._freed.wait_for(lambda: worker in self._free and not self._waiting)
             self._free.remove(worker)
 
-    async def _give_back(self, worker: Worker) -> None:
+    async def _give_back(self, worker: _Worker) -> None:
         async with self._freed:
             self._free.append(worker)
             self._freed.notify_all()
@@ -103,7 +130,7 @@ class WorkerPool:
     async def _call(self, function: Callable[..., Any], arguments: tuple[Any, ...], limit_s: float) -> Any:
         worker = await self._take()
         try:
-            return await worker.call(function, *arguments, limit_s=limit_s)
+            return await asyncio.to_thread(worker.run, limit_s, function, *arguments)
         finally:
             await self._give_back(worker)
 

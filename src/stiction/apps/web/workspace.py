@@ -7,7 +7,7 @@ import tempfile
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from stiction.apps.web.audit_loops import AuditLoops
 from stiction.apps.web.readings import Readings
@@ -17,6 +17,7 @@ from stiction.apps.web.uploads import Uploads
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from stiction.apps.web.loop_set import LoopSet
     from stiction.apps.web.served_sources import ServedSources
 
 __all__ = ["Workspace", "open_workspace"]
@@ -36,10 +37,12 @@ class Workspace:
     audits: dict[str, AuditLoops] = field(default_factory=dict)
     """Audits that the command line named, by id."""
 
-    def sets(self) -> dict[str, Any]:
+    def sets(self) -> dict[str, LoopSet]:
         """All sets of loops by their id."""
-        session = {self.session.id: self.session} if self.session.rows or not self.audits else {}
-        return {**self.audits, **session}
+        sets: dict[str, LoopSet] = {**self.audits}
+        if self.session.rows or not self.audits:
+            sets[self.session.id] = self.session
+        return sets
 
 
 @contextmanager

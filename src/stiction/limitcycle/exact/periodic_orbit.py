@@ -162,8 +162,9 @@ def limit_cycle(m: PackedLoop, orbit: Orbit) -> LimitCycle:
         offset = 0.0 if family == "integer" else m.valve.jump / 2.0
     return LimitCycle(
         "continuous", "cycle", family, float(swing[:, 0].max() - swing[:, 1].min()) / 2.0, orbit.period,
-        float(swing[:, 2].max() - swing[:, 3].min()) / 2.0, (levels[-1] - levels[0]) / 2.0,
-        tuple(x + m.linear.rest for x in levels), orbit.stable, orbit.multipliers, offset, orbit.turns,
+        amplitude_pv=float(swing[:, 2].max() - swing[:, 3].min()) / 2.0, amplitude_mv=(levels[-1] - levels[0]) / 2.0,
+        levels=tuple(x + m.linear.rest for x in levels), stable=orbit.stable, multipliers=orbit.multipliers,
+        offset=offset, turns=orbit.turns,
         section=(*(float(s) for s in orbit.states), orbit.level),
     )  # fmt: skip
 

@@ -6,7 +6,7 @@
   const SHOWN = [
     ["tag", "Loop", "16%"], ["area", "Area", "9%"], ["verdict", "Verdict", "13%"], ["probability", "Probability", "9%"],
     ["loop_state", "State", "11%"], ["oscillation_cause", "Cause", "9%"], ["S", "S [%]", "7%"],
-    ["period_s", "Period [s]", "9%"], ["group", "Group", "6%"], ["priority", "Priority", "8%"], ["label", "Note", "10%"],
+    ["period_s", "Period", "9%"], ["group", "Group", "6%"], ["priority", "Priority", "8%"], ["label", "Note", "10%"],
   ];
   const NUMBERS = new Set(["probability", "S", "period_s", "group", "priority"]);
   const WORDS = { stiction: "▲ stiction", undecided: "? cannot tell", no_stiction: "● no stiction" };
@@ -22,12 +22,9 @@
 
   const plain = (value) => (value === null || value === "" ? "–" : String(value).replaceAll("_", " "));
   const verdictText = (row) => (row[at.status] === "diagnosed" ? WORDS[row[at.verdict]] : plain(row[at.status]));
-  const isJudged = (row) => row[at.status] === "diagnosed" && row[at.loop_state] === "in_control";
   function cellText(row, name) {
-    const value = row[at[name]];
     if (name === "verdict") return verdictText(row);
-    if (name === "probability") return isJudged(row) ? value.toFixed(2) : "–";
-    return name === "priority" ? value.toFixed(2) : plain(value);
+    return plain(row[columns.length][name] ?? row[at[name]]);
   }
 
   function sort(name) {
@@ -123,7 +120,7 @@
       const term = document.createElement("dt");
       const value = document.createElement("dd");
       term.textContent = name.replaceAll("_", " ");
-      value.textContent = plain(row[at[name]]);
+      value.textContent = plain(row[columns.length][name] ?? row[at[name]]);
       list.append(term, value);
     }
     const parts = [list];

@@ -171,7 +171,9 @@ def _draw_loop(rng: np.random.Generator, loop_type: str, unit: int, number: int)
     span = (low, low + float(rng.choice([10.0, 50.0, 100.0, 250.0])))
     tag = f"UNIT{unit}/{letters}-{unit}{number % 100:02d}{int(rng.integers(1, 10))}"
     steps = int(rng.integers(1, 4)) if rng.random() < 0.3 else 0
-    return LoopLayout(tag, loop_type, gain, tau, dead, Kc, Ti, noise, drift, span, sp_steps=steps)
+    return LoopLayout(
+        tag, loop_type, gain, tau, dead, Kc=Kc, Ti=Ti, noise=noise, drift=drift, span=span, sp_steps=steps
+    )
 
 
 def _tune_primary(primary: LoopLayout, secondary: LoopLayout) -> LoopLayout:

@@ -140,7 +140,17 @@ def simulate_plant(seed: int = 0, *, hours: float = 6.0, dt: float = 5.0, units:
         root = layout.loops[layout.sources[group - 1]].tag if member else ""
         weak = group if MIN_VISIBLE_RATIO <= visible[k] < MIN_CLEAR_RATIO else 0
         loops.append(
-            PlantLoop(_to_engineering_units(record, one), cause, one.state, member, weak, root, one.span, one.S, one.J)
+            PlantLoop(
+                _to_engineering_units(record, one),
+                cause,
+                one.state,
+                member,
+                weak,
+                root,
+                span=one.span,
+                S=one.S,
+                J=one.J,
+            )
         )
     tags = [one.tag for one in layout.loops]
     return SimulatedPlant(tuple(loops), tuple((tags[path.source], tags[path.target]) for path in layout.paths))

@@ -125,7 +125,22 @@ def find_clock(
         options = replace(options, columns={"time": only})
     found = find_time_columns(names, units, table, options, taken=set(taken))
     positions = {*found.positions, *found.candidates, found.fraction, found.index} - {None}
-    return (Clock(partial(parse_time, table, found, options)) if found.positions else None), positions
+    if not found.positions:
+        return None, positions
+    first = partial(parse_time, _first_rows(table), found, options)
+    return Clock(partial(parse_time, table, found, options), first), positions
+
+
+def _first_rows(table: RawTable) -> RawTable:
+    """The first rows of a table, as text."""
+
+    def read(positions: Sequence[int]) -> pl.DataFrame:
+        import polars as pl
+
+        cells = [[row[i] if i < len(row) else "" for row in table.sample] for i in positions]
+        return pl.DataFrame({f"{i}": column for i, column in zip(positions, cells, strict=True)}, schema=None)
+
+    return replace(table, reader=read, _columns={})
 
 
 def tag_in_line(cells: Sequence[str]) -> str:

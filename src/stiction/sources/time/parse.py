@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.display.number_format import count_noun
+from stiction.sources.options import FIXED_OFFSET
 from stiction.sources.table import SNIFF_ROWS
 from stiction.sources.time.numeric_time import compact_clock_seconds, is_compact_clock, parse_numeric_time
 from stiction.sources.time.stamps import Stamps, unwrap_clock
@@ -62,7 +63,8 @@ def parse_time(
     if stamps.kind == "utc":
         stamps.notes.append(f"timezone = {options.timezone} is not used, as the time stamps name their zone.")
         return stamps
-    stamps.notes = [note for note in stamps.notes if "is not looked up" not in note]
+    if stamps.kind == "local":
+        stamps.notes.append(f"The time stamps have no time zone: they are taken as {options.timezone}.")
     return localise(stamps, options.timezone)
 
 
@@ -156,6 +158,8 @@ def _to_utc(seconds: NDArray[np.float64], timezone: str, ambiguous: str) -> NDAr
     """Convert a wall clock to UTC [s]; NaN in an hour that the clock skips."""
     import polars as pl
 
+    if fixed := FIXED_OFFSET.fullmatch(timezone):
+        return seconds - float(f"{fixed[1]}60") * (60.0 * int(fixed[2]) + int(fixed[3]))
     local = pl.Series(np.round(seconds * 1e6).astype(np.int64)).cast(pl.Datetime("us"))
     utc = local.dt.replace_time_zone(timezone, ambiguous=ambiguous, non_existent="null")  # pyright: ignore
     return utc.dt.epoch("us").cast(float).to_numpy(writable=True) / 1e6

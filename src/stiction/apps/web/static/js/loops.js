@@ -21,18 +21,18 @@ const verdictRank = (row) => (row.verdict in RANKS ? RANKS[row.verdict] : 3) - 0
 
 function columnsOf(setId, hasArea, hasPriority, sparks) {
   const text = (name, label, value, className) => ({ name, label, value, cell: (row) => value(row) ?? "", className });
-  const numeric = (name, label, unit, hint) => ({ name, label, hint, number: true, value: (row) => row[name] ?? null, cell: (row) => number(row[name], unit) });
+  const numeric = (name, label, hint) => ({ name, label, hint, number: true, value: (row) => row[name] ?? null, cell: (row) => row.texts?.[name] ?? "–" });
   const columns = [
     { name: "tag", label: "Loop", value: (row) => row.tag, cell: (row) => h("a", { href: `#/loop/${setId}/${row.key}` }, row.tag), className: "tag" },
     hasArea && text("area", "Area", (row) => row.area),
     { name: "verdict", label: "Verdict", value: verdictRank, text: (row) => verdictWord(row)[1], cell: verdictChip },
-    { ...numeric("probability", "Probability", "", "Probability of stiction"), cell: (row) => (row.probability === null || row.probability === undefined ? "–" : row.probability > 0.99 ? ">0.99" : row.probability.toFixed(2)) },
-    numeric("S", "S [%]", "", "Deadband plus stickband, % of span"),
-    numeric("J", "J [%]", "", "Slip jump, % of span"),
-    { ...numeric("period_s", "Period", "", "Period of the oscillation"), cell: (row) => duration(row.period_s) },
+    numeric("probability", "Probability", "Probability of stiction"),
+    numeric("S", "S [%]", "Deadband plus stickband, % of span"),
+    numeric("J", "J [%]", "Slip jump, % of span"),
+    numeric("period_s", "Period", "Period of the oscillation"),
     text("loop_state", "State", stateWord),
     text("oscillation_cause", "Cause", causeWord),
-    hasPriority && numeric("priority", "Priority", "", "Severity × confidence × importance"),
+    hasPriority && numeric("priority", "Priority", "Severity × confidence × importance"),
     { name: "spark", label: "PV trend", value: () => null, cell: (row) => trendCell(row, sparks), isPicture: true },
     { name: "label", label: "Note", value: (row) => row.label ?? "", cell: (row) => (row.label ? chip("plain", row.label) : "") },
     text("action", "What to do", (row) => row.action ?? row.error ?? "", "long"),

@@ -1,21 +1,24 @@
-"""One run of an audit: plan, screen, diagnosis, groups. It alone writes to the ledger and the folder."""
+"""The stages of an audit: plan, screen, diagnosis, groups. They alone write to the ledger and the signals."""
 
 from __future__ import annotations
 
 import contextlib
 import json
 import time
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from stiction.errors import RecordError
+from stiction.fleet.audit_options import RUN_OPTIONS
 from stiction.fleet.batch import Batch, LoopTask
 from stiction.fleet.block_means import common_clock
 from stiction.fleet.engine import Engine, ProcessEngine
-from stiction.fleet.ledger import StoredResult
-from stiction.fleet.loop_row import WorkSettings
+from stiction.fleet.ledger import ResultKey, StoredResult
+from stiction.fleet.loop_work import WorkSettings, cut_time
+from stiction.fleet.oscillation_groups import group_oscillations
 from stiction.fleet.progress import LoopRate, Progress
-from stiction.fleet.rank import screen_order
+from stiction.fleet.root_cause import LoopVerdict
 from stiction.fleet.signals import clock_from_dict, clock_to_dict, read_signals, remove_unused_parts, write_signals
 from stiction.fleet.source_parts import LoopPlace, place_to_dict, read_loop
 from stiction.fleet.warm_up import warm_kernels
@@ -25,11 +28,12 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from datetime import datetime
 
+    from stiction.fleet.audit_options import AuditOptions
     from stiction.fleet.batch import Outcome
     from stiction.fleet.block_means import Clock
-    from stiction.fleet.ledger import Ledger, ResultKey
+    from stiction.fleet.ledger import Ledger
 
-__all__ = ["AuditRun", "RunOptions"]
+__all__ = ["AuditStages"]
 
 BATCH_LOOPS = 16
 """Loops of one batch, which is written to the ledger at once [-]."""
@@ -37,66 +41,48 @@ SORTED_LOOPS = 32
 """Batches whose loops are sorted by their file, so that a file is not opened for each loop [-]."""
 MAX_PROBED_PARTS = 32
 """Parts of the source of which a loop is read to find the common clock [-]."""
-FAILED = ("error", "timeout", "crashed")
-"""Status of loops that could not be done."""
 
 
-@dataclass(frozen=True)
-class RunOptions:
-    """How a run works; see `audit`."""
-
-    workers: int | None = None
-    dask: str | None = None
-    prior: float = 0.25
-    costs: tuple[float, float, float] = (1.0, 1.0, 0.2)
-    time_limit: float = 60.0
-    budget: float | None = None
-    retry: bool = False
-    connections: tuple[tuple[str, str], ...] | list[tuple[str, str]] = ()
-    stop: threading.Event | None = None
-    missing_tags: dict[str, list[str]] = field(default_factory=dict)
-
-
-class AuditRun:
+class AuditStages:
     """One run of an audit over its loops."""
 
     def __init__(
         self,
         folder: Path,
-        settings: dict[str, Any],
         ledger: Ledger,
         key: ResultKey,
         span: tuple[datetime | None, datetime | None],
-        places: list[LoopPlace],
-        options: RunOptions,
+        options: AuditOptions,
         progress: Callable[[Progress], None],
+        stop: threading.Event | None,
     ) -> None:
-        self.ledger, self.key, self.span, self.options, self.progress = ledger, key, span, options, progress
-        self.signals = Path(settings["signals"]) if settings["signals"] else folder / "signals"
-        numbers = ledger.register([(one.tag, json.dumps(place_to_dict(one))) for one in places])
-        self.places = {numbers[one.tag]: one for one in places}
-        states: dict[str, str] = {}
-        prints = {part: part.fingerprint(states) for part in dict.fromkeys(one.part for one in places)}
-        self.fingerprints = {k: prints[one.part] for k, one in self.places.items()}
+        self.ledger, self.key, self.span, self.options = ledger, key, span, options
+        self.progress, self.stop = progress, stop
+        self.signals = folder / "signals" if options.signals is None else Path(options.signals)
+        self.places: dict[int, LoopPlace] = {}
+        self.fingerprints: dict[int, str] = {}
         self.results = ledger.read_results(key)
         self.began = time.monotonic()
         self.loop_s = 0.0
         self._engine: Engine | None = None
 
-    def run(self) -> None:
-        """Do what is left to do."""
-        clock = self._clock()
+    def run(self, places: list[LoopPlace], missing_tags: dict[str, list[str]]) -> None:
+        """Do what is left to do with some loops."""
+        numbers = self.ledger.register([(one.tag, json.dumps(place_to_dict(one))) for one in places])
+        self.places = {numbers[one.tag]: one for one in places}
+        states: dict[str, str] = {}
+        prints = {part: part.fingerprint(states) for part in dict.fromkeys(one.part for one in places)}
+        self.fingerprints = {k: prints[one.part] for k, one in self.places.items()}
+        clock, used = self._clock(), {name: getattr(self.options, name) for name in RUN_OPTIONS}
         body = {
             "since": self.span[0] and self.span[0].isoformat(),
             "until": self.span[1] and self.span[1].isoformat(),
             "clock": clock_to_dict(clock),
             "loops": sorted(self.places),
-            "missing_tags": self.options.missing_tags,
-            **{name: getattr(self.options, name) for name in ("prior", "costs", "time_limit")},
+            "missing_tags": missing_tags,
+            **used,
         }
-        settings = WorkSettings(
-            clock, *self.span, prior=self.options.prior, costs=self.options.costs, time_limit=self.options.time_limit
-        )
+        settings = WorkSettings(clock, *self.span, **used)
         self._plan(clock)
         number = self.ledger.begin_run(self.key, body)
         for stage in ("screen", "diagnose"):
@@ -141,39 +127,38 @@ class AuditRun:
             self._report(stage, done + rate.done, total, rate)
 
     def _left(self, stage: str) -> list[int]:
-        """Loops that are to be done: all that are not, for the screen; those that were only screened, worst first."""
+        """Loops still to screen, or to diagnose, worst first."""
         if stage == "screen":
             return [k for k in self.places if not self._is_done(k)]
-        rows = {k: self.results[k].body for k in self.places if k in self.results}
-        return sorted(
-            (k for k, row in rows.items() if row["status"] == "screened"), key=lambda k: screen_order(rows[k])
-        )
+        rows = {k: self.results[k].row for k in self.places if k in self.results}
+        left = [k for k, row in rows.items() if row.status == "screened"]
+        return sorted(left, key=lambda k: (-rows[k].priority, rows[k].tag))
 
     def _is_done(self, number: int) -> bool:
         """Whether the loop has a row of the present state of its source."""
         stored = self.results.get(number)
         if stored is None or stored.fingerprint != self.fingerprints[number]:
             return False
-        return not (self.options.retry and stored.body["status"] in FAILED)
+        return not (self.options.retry and stored.row.failed)
 
     def _total(self, stage: str) -> int:
         if stage == "screen":
             return len(self.places)
         rows = [self.results[k] for k in self.places if k in self.results]
-        return sum(one.body["status"] == "screened" or one.stage == "diagnose" for one in rows)
+        return sum(one.row.status == "screened" or one.stage == "diagnose" for one in rows)
 
     def _goes_on(self, stage: str) -> bool:
         """Whether another batch may begin: nobody stopped the run, and the budget of the diagnosis is left."""
-        budget = self.options.budget
+        budget = self.options.budget_s
         if self._is_stopped():
             return False
         return budget is None or stage == "screen" or time.monotonic() - self.began < budget
 
     def _is_stopped(self) -> bool:
-        return self.options.stop is not None and self.options.stop.is_set()
+        return self.stop is not None and self.stop.is_set()
 
     def _batches(self, left: list[int], stage: str, settings: WorkSettings) -> Iterator[Batch]:
-        size = BATCH_LOOPS * SORTED_LOOPS if self.options.budget is not None and stage == "diagnose" else len(left)
+        size = BATCH_LOOPS * SORTED_LOOPS if self.options.budget_s is not None and stage == "diagnose" else len(left)
         for first in range(0, len(left), size):
             chosen = sorted(
                 left[first : first + size], key=lambda k: (self.places[k].part.names, self.places[k].number)
@@ -182,7 +167,7 @@ class AuditRun:
                 yield Batch(tuple(self._task(k, stage) for k in chosen[start : start + BATCH_LOOPS]), settings)
 
     def _task(self, number: int, stage: str) -> LoopTask:
-        screened = self.results[number].body if stage == "diagnose" else None
+        screened = self.results[number].row if stage == "diagnose" else None
         return LoopTask(number, self.places[number], screened)
 
     def _store(self, stage: str, outcomes: list[Outcome]) -> None:
@@ -201,11 +186,8 @@ class AuditRun:
     def _clock(self) -> Clock:
         """The clock of an earlier run with the same key, or one that fits a sample of the loops."""
         for run in reversed(self.ledger.read_runs()):
-            if (run["window"], run["options"], run["version"]) == tuple(self.key) and self.results:
+            if ResultKey.of_run(run) == self.key and self.results:
                 return clock_from_dict(run["body"]["clock"])
-        from stiction.errors import RecordError
-        from stiction.fleet.reduced_record import cut_time
-
         first_of_part = {place.part: place for place in reversed(self.places.values())}
         probed = list(first_of_part.values())[::-1]
         step = -(-len(probed) // MAX_PROBED_PARTS)
@@ -225,12 +207,8 @@ class AuditRun:
 
     def _group(self) -> list[dict[str, Any]]:
         """Groups of the loops that oscillate, from their block means."""
-        from stiction.fleet.loop_oscillations import LoopOscillation
-        from stiction.fleet.oscillation_groups import group_oscillations
-        from stiction.fleet.root_cause import LoopVerdict
-
         rows = {k: self.results[k] for k in self.places if k in self.results}
-        chosen = {k: one for k, one in rows.items() if one.signals and one.body["oscillations"]}
+        chosen = {k: one for k, one in rows.items() if one.signals and one.row.oscillations}
         self._report("group", 0, len(chosen))
         if len(chosen) < 2:
             return []
@@ -242,13 +220,13 @@ class AuditRun:
         verdicts, oscillations, spans = {}, {}, {}
         for k, one in chosen.items():
             tag = self.places[k].tag
-            oscillations[tag] = tuple(LoopOscillation(**each) for each in one.body["oscillations"])
-            if one.body["status"] == "diagnosed" and one.body["loop_state"] == "in_control":
-                verdicts[tag] = LoopVerdict(one.body["probability"], one.body["oscillation_causes"]["tuning"])
+            oscillations[tag] = one.row.oscillations
+            if one.row.in_control and one.row.probability is not None and one.row.oscillation_causes:
+                verdicts[tag] = LoopVerdict(one.row.probability, one.row.oscillation_causes["tuning"])
             if self.places[k].span is not None:
                 spans[tag] = self.places[k].span
         groups = group_oscillations(
-            loops, verdicts=verdicts, connections=self.options.connections, spans=spans, oscillations=oscillations
+            loops, verdicts=verdicts, connections=self.options.links, spans=spans, oscillations=oscillations
         )
         return [group.to_dict() | {"number": k, "summary": group.summary()} for k, group in enumerate(groups, 1)]
 
@@ -267,12 +245,12 @@ class AuditRun:
     def _report(
         self, stage: str, done: int, total: int, rate: LoopRate | None = None, details: dict[str, Any] | None = None
     ) -> None:
-        bodies = [one.body for one in self.results.values()]
-        sticky = sum(body["verdict"] == "stiction" for body in bodies)
+        rows = [one.row for one in self.results.values()]
+        sticky = sum(row.verdict == "stiction" for row in rows)
         new, per_second, left = (rate.done, rate.per_second, None) if rate else (0, 0.0, None)
         if per_second > 0.0:
             left = (total - done) / per_second
             if stage == "screen":  # then the diagnosis of as large a share of all loops as of those screened so far
-                share = sum(body["status"] == "screened" for body in bodies) / max(1, done)
+                share = sum(row.status == "screened" for row in rows) / max(1, done)
                 left += share * total * self.loop_s / self._open_engine().workers
         self.progress(Progress(stage, done, total, new, per_second, left, sticky, details))

@@ -11,22 +11,23 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stiction.errors import ParameterError, RecordError, Setting
+from stiction.fleet.audit_options import RUN_OPTIONS
 from stiction.fleet.folder import read_settings
 from stiction.fleet.labels import newest_labels, read_labels
 from stiction.fleet.ledger import Ledger, ResultKey, sqlite_url
+from stiction.fleet.loop_row import FAILED
 from stiction.fleet.rank import is_judged, rank_members, rank_rows
 
 if TYPE_CHECKING:
     import os
 
+    from stiction.diagnosis import Diagnosis
     from stiction.fleet.block_means import BlockMeans
+    from stiction.fleet.loop_row import LoopRow
     from stiction.fleet.source_parts import LoopPlace
     from stiction.records.record import LoopRecord
 
 __all__ = ["Audit", "open_audit"]
-
-RUN_OPTIONS = ("prior", "costs", "time_limit")
-"""Options of `audit` that a run keeps in the ledger, None in audits of earlier versions."""
 
 
 @dataclass(frozen=True)
@@ -41,8 +42,8 @@ class Audit:
 
     folder: Path
     """Folder of the audit."""
-    rows: list[dict[str, Any]] = field(repr=False)
-    """One row for each loop, the highest priority first: the objects that `stiction audit --json` prints."""
+    rows: list[LoopRow] = field(repr=False)
+    """One row for each loop, the highest priority first."""
     groups: list[dict[str, Any]] = field(repr=False)
     """Loops that share an oscillation, as `Group.to_dict` gives them; `number` counts from 1."""
     settings: dict[str, Any] = field(repr=False)
@@ -57,9 +58,9 @@ class Audit:
     @property
     def counts(self) -> dict[str, int]:
         """Loops by status and by verdict: "loops", "diagnosed", "screened", "skipped", "error", ..., "stiction", ..."""
-        status = Counter(row["status"] for row in self.rows)
-        verdict = Counter(row["verdict"] for row in self.rows if row["status"] == "diagnosed")
-        names = ("diagnosed", "screened", "skipped", "error", "timeout", "crashed")
+        status = Counter(row.status for row in self.rows)
+        verdict = Counter(row.verdict for row in self.rows if row.status == "diagnosed")
+        names = ("diagnosed", "screened", "skipped", *FAILED)
         verdicts = {name: verdict[name] for name in ("stiction", "no_stiction", "undecided")}
         return {"loops": len(self.rows), **{name: status[name] for name in names}, **verdicts}
 
@@ -69,15 +70,15 @@ class Audit:
         return {"map_tags": [], "connection_tags": []} | (self.run.get("missing_tags") or {})
 
     @property
-    def not_judged(self) -> list[dict[str, Any]]:
+    def not_judged(self) -> list[LoopRow]:
         """Rows of loops that cannot be judged or failed; they come last in `rows`."""
         return [row for row in self.rows if not is_judged(row)]
 
-    def worst(self, n: int = 10) -> list[dict[str, Any]]:
+    def worst(self, n: int = 10) -> list[LoopRow]:
         """The first `n` rows [-] of loops that were judged."""
         return [row for row in self.rows if is_judged(row)][:n]
 
-    def row(self, tag: str) -> dict[str, Any]:
+    def row(self, tag: str) -> LoopRow:
         """Row of one loop.
 
         Raises
@@ -86,7 +87,7 @@ class Audit:
             When the audit has no such loop.
         """
         for row in self.rows:
-            if row["tag"] == tag:
+            if row.tag == tag:
                 return row
         raise ParameterError(f"has no loop {tag!r}; give one of its {len(self.rows)} tags.", where=self.folder)
 
@@ -94,9 +95,9 @@ class Audit:
         """Rows as a data frame of polars, pandas or pyarrow, without what is not a number or text."""
         import polars as pl
 
-        flat = [{k: v for k, v in row.items() if not isinstance(v, (dict, list))} for row in self.rows]
-        for row, full in zip(flat, self.rows, strict=True):
-            row["data_warnings"] = ", ".join(full["data_warnings"])
+        nested = ("oscillation_causes", "severity_parts", "oscillations")
+        flat = [{name: value for name, value in row.items() if name not in nested} for row in self.rows]
+        flat = [one | {"data_warnings": ", ".join(one["data_warnings"])} for one in flat]
         frame = pl.DataFrame(flat, infer_schema_length=None)
         if native not in ("polars", "pandas", "pyarrow"):
             raise ParameterError(f"native = {native!r} is unknown; give 'polars', 'pandas' or 'pyarrow'.")
@@ -105,7 +106,8 @@ class Audit:
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready form, as `stiction audit --json` prints it."""
         receipt = {"missing_tags": self.missing_tags}
-        return {"loops": self.rows, "groups": self.groups, "counts": self.counts, "receipt": receipt, "run": self.run}
+        rows = [row.to_dict() for row in self.rows]
+        return {"loops": rows, "groups": self.groups, "counts": self.counts, "receipt": receipt, "run": self.run}
 
     def signals(self, tag: str) -> BlockMeans | None:
         """Block means of one loop; None when it has none."""
@@ -113,14 +115,6 @@ class Audit:
 
         number, part = self.signal_parts.get(tag, (0, ""))
         return read_signals(self.signals_folder, {number: part}).get(number) if part else None
-
-    @property
-    def diagnosis_options(self) -> dict[str, Any]:
-        """Prior and costs of the newest run, as arguments of `diagnose`; empty where the ledger does not have them."""
-        from stiction.diagnosis.verdict.decision import Costs
-
-        prior, costs = self.run.get("prior"), self.run.get("costs")
-        return {} if prior is None or costs is None else {"prior": prior, "costs": Costs(*costs)}
 
     @property
     def signals_folder(self) -> Path:
@@ -148,11 +142,24 @@ class Audit:
         RecordError
             When the source is gone, or cannot be read.
         """
-        from stiction.fleet.reduced_record import cut_time
+        from stiction.fleet.loop_work import cut_time
         from stiction.fleet.source_parts import read_loop
 
         since, until = (text and datetime.fromisoformat(text) for text in (self.run["since"], self.run["until"]))
         return cut_time(read_loop(self.source_of(tag)), since or None, until or None)
+
+    def diagnose(self, record: LoopRecord) -> Diagnosis:
+        """Diagnose the record of one loop, as `read` gives it, with the prior and the costs of the newest run.
+
+        Raises
+        ------
+        RecordError
+            When the record has no PV.
+        """
+        from stiction.diagnosis import diagnose
+        from stiction.diagnosis.verdict.decision import Costs
+
+        return diagnose(record, prior=self.run["prior"], costs=Costs(*self.run["costs"]))
 
     def history(self, tag: str) -> list[dict[str, Any]]:
         """Verdicts and sizes of one valve in all audited times of this folder, the earliest first.
@@ -182,7 +189,7 @@ class Audit:
             f"{counts['skipped']} not diagnosed, {counts['error'] + counts['timeout'] + counts['crashed']} failed. "
             f"{counts['stiction']} sticky valves, {counts['undecided']} undecided, {len(self.groups)} groups."
         ]
-        lines += [f"{k}. {row['tag']}: {row['verdict']}, {row['reason']}" for k, row in enumerate(self.worst(), 1)]
+        lines += [f"{k}. {row.tag}: {row.verdict}, {row.reason}" for k, row in enumerate(self.worst(), 1)]
         return "\n".join(lines)
 
     def _repr_html_(self) -> str:
@@ -251,16 +258,16 @@ def read_audit(folder: Path, settings: dict[str, Any], database: Ledger) -> Audi
     if not runs:
         return Audit(folder, [], [], settings, {"started": None, "finished": None, "since": None, "until": None})
     run = runs[-1]
-    key = ResultKey(*(run[name] for name in ResultKey._fields))
+    key = ResultKey.of_run(run)
     loops = database.read_loops()
     chosen = set(run["body"]["loops"])
     results = {k: v for k, v in database.read_results(key).items() if k in chosen}
-    finished = [one for one in runs if one["finished"] and ResultKey(*(one[n] for n in ResultKey._fields)) == key]
+    finished = [one for one in runs if one["finished"] and ResultKey.of_run(one) == key]
     groups = finished[-1]["body"].get("groups", []) if finished else []
-    rows = rank_members([one.body for one in results.values()], groups)
-    places = {one.body["tag"]: loops[k] for k, one in results.items()}
-    parts = {one.body["tag"]: (k, one.signals) for k, one in results.items()}
+    rows = rank_members([one.row for one in results.values()], groups)
+    places = {one.row.tag: loops[k] for k, one in results.items()}
+    parts = {one.row.tag: (k, one.signals) for k, one in results.items()}
     about = {name: run[name] for name in ("started", "finished", "window", "version")}
-    about |= {name: run["body"].get(name) for name in ("since", "until", "missing_tags", *RUN_OPTIONS)}
+    about |= {name: run["body"][name] for name in ("since", "until", "missing_tags", *RUN_OPTIONS)}
     url = database.url if settings.get("ledger") else ""
     return Audit(folder, rank_rows(rows), groups, settings | {"places": places}, about, parts, url)

@@ -1,0 +1,28 @@
+"""A row of the table of loops, of dropped files as of an audit."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from stiction.fleet import LoopRow
+
+__all__ = ["table_row"]
+
+ROW_NAMES = (
+    "tag", "area", "source", "status", "verdict", "probability", "loop_state", "oscillation_cause", "period_s", "S",
+    "J", "op_unit", "priority", "action", "group",
+)  # fmt: skip
+"""What the table of loops shows of a row."""
+NUMBERS = ("probability", "S", "J", "period_s", "priority")
+"""Fields that are sorted as numbers and shown as text."""
+
+
+def table_row(row: LoopRow) -> dict[str, Any]:
+    """Return what the table shows of a row: values to sort and export by, and `texts` of its numbers."""
+    short = {name: row[name] for name in ROW_NAMES if row[name] not in (None, "")}
+    if row.failed or row.status == "screened":
+        del short["verdict"]
+    if row.failed:
+        short["error"] = row.reason
+    return short | {"texts": {name: text for name in NUMBERS if (text := row.text(name))}}

@@ -1,0 +1,255 @@
+"""The loops of a source, found without reading their signals: each file alone, then what files hold together."""
+
+from __future__ import annotations
+
+import os
+import re
+from dataclasses import dataclass, field, replace
+from itertools import groupby
+from typing import TYPE_CHECKING, Any
+
+from stiction.errors import MissingExtraError, ParameterError, RecordError, StictionError
+from stiction.foreign_errors import failure_of
+from stiction.sources.byte_source import open_sources
+from stiction.sources.database_url import is_database_url
+from stiction.sources.join_files import complete_loops, join_same_tags
+from stiction.sources.loops import Loops, SourceFailure, time_positions
+from stiction.sources.open_files import list_paths, source_name
+from stiction.sources.options import ReadOptions
+from stiction.sources.roles.assign import assign_roles
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from stiction.sources.byte_source import ByteSource
+    from stiction.sources.formats.stored_records import StoredRecords
+    from stiction.sources.roles.loop_roles import LoopRoles
+    from stiction.sources.roles.map_file import MapRow
+    from stiction.sources.table import RawTable, TagColumn
+
+__all__ = ["find_loops"]
+
+MAX_LISTED = 20
+"""Names or reasons in a message [-]."""
+_OFFSET = re.compile(r"\d\d:?\d\d(?::?\d\d(?:\.\d+)?)?([+-]\d\d:\d\d)$")
+"""A time of day and its difference to UTC."""
+
+
+@dataclass(eq=False)
+class _File:
+    """One file, or one member of an archive, opened as if it stood alone."""
+
+    path: Any
+    """As given: a path or a stream; the archive of a member."""
+    name: str
+    """Name for messages."""
+    columns: list[TagColumn] = field(default_factory=list)
+    loops: list[LoopRoles] = field(default_factory=list)
+    stored: StoredRecords | None = None
+    failure: StictionError | None = None
+    """Why it holds no loop; with `columns` another file may hold what it lacks."""
+
+
+def find_loops(source: Any, options: ReadOptions, **database: Any) -> Loops:
+    """Find the loops of a source without reading their signals, as far as its format allows.
+
+    Each file of several is read as it is alone; one that cannot be read is a failure of the source. `database` are
+    arguments of `stiction.sources.sql.read_database`.
+
+    Raises
+    ------
+    RecordError
+        When nothing can be read.
+    """
+    from stiction.sources.frame import frame_to_table
+    from stiction.sources.layouts import read_layout
+    from stiction.sources.roles.map_file import read_map
+
+    rows = None if options.map is None else read_map(options.map)
+    if isinstance(source, str) and is_database_url(source):
+        from stiction.sources.sql import read_database
+
+        columns = {k: v for k, v in options.columns.items() if isinstance(v, str)}
+        chosen = {"columns": list(columns.values())} if columns and "table" in database else {}
+        tables = read_database(source, max_bytes=options.max_bytes, **{**chosen, **database})
+    elif database:
+        names = ", ".join(sorted(database))
+        raise ParameterError(
+            f"{names} can be used only with a database, and {source!r} is not a database URL such as sqlite:///plant.db."
+        )
+    elif isinstance(source, (str, os.PathLike, list, tuple)) or hasattr(source, "read"):
+        return _find_in_files(list_paths(source), options, rows)
+    else:
+        tables = [frame_to_table(source)]
+    found = read_layout(tables, options)
+    roles = assign_roles(found, options, rows, tables[0].origin.name)
+    return Loops(options, roles, time_positions=time_positions(found))
+
+
+def _find_in_files(paths: list[Any], options: ReadOptions, rows: Sequence[MapRow] | None) -> Loops:
+    several = len(paths) > 1
+    files = [file for path in paths for file in _open_path(path, options, rows, several=several)]
+    if len(files) == 1:
+        [file] = files
+        if file.failure is not None:
+            raise file.failure
+        return Loops(options, file.loops, [file.stored] if file.stored else [], time_positions(file.columns))
+    files, zones = _in_one_zone(files, options, rows)
+    incomplete = [file for file in files if file.failure is not None and file.columns]
+    loops = [loop for file in files for loop in file.loops]
+    others = [file.columns for file in files if file.loops]
+    more, refusal = complete_loops([file.columns for file in incomplete], others, loops, options, rows)
+    loops = join_same_tags([*loops, *more])
+    stored = [file for file in files if file.stored]
+    failures = _list_failures(files, loops)
+    if options.tag is not None:
+        loops, stored = _choose(loops, stored, options.tag, files[0].name)
+    elif not loops and not stored:
+        raise _nothing_read(failures, refusal, [file.name for file in incomplete])
+    positions = {table: known for file in files for table, known in time_positions(file.columns).items()}
+    together = _files_together(files, loops, incomplete) + [
+        (source_name(file.path),) for file in stored for _ in (file.stored.tags if file.stored else ())
+    ]
+    return Loops(options, loops, [one.stored for one in stored if one.stored], positions, failures, together, zones)
+
+
+def _open_path(path: Any, options: ReadOptions, rows: Sequence[MapRow] | None, *, several: bool) -> list[_File]:
+    """Open a file, or the members of an archive; what fails among several is a file with its failure."""
+    try:
+        sources = open_sources(path, options)
+    except (ParameterError, MissingExtraError):
+        raise
+    except BaseException as error:
+        if not several:
+            raise
+        return [_File(path, source_name(path), failure=failure_of(error, source_name(path)))]
+    several = several or len(sources) > 1
+    return [_open_alone(path, one, options, rows, several=several) for one in sources]
+
+
+def _open_alone(
+    path: Any, source: ByteSource, options: ReadOptions, rows: Sequence[MapRow] | None, *, several: bool
+) -> _File:
+    from stiction.sources.formats import read_format
+    from stiction.sources.layouts import read_layout
+
+    file = _File(path, source.origin.name)
+    if several and options.tag is not None:  # the wanted loop is chosen among those of all files
+        options = replace(options, tag=None)
+    try:
+        if stored := _open_stored_records(source, options):
+            file.stored = stored
+            return file
+        file.columns = read_layout(read_format(source, options), options)
+        file.loops = assign_roles(file.columns, options, rows, file.name)
+    except (RecordError, MissingExtraError) as error:
+        file.failure = error
+    except ParameterError:
+        raise
+    except BaseException as error:
+        if not several:
+            raise
+        file.failure = failure_of(error, file.name)
+    return file
+
+
+def _open_stored_records(source: ByteSource, options: ReadOptions) -> StoredRecords | None:
+    """Open a file of records; None when it is none, or an option says how to read it as a table."""
+    from stiction.sources.formats import parquet
+
+    plain = ReadOptions(tag=options.tag, max_bytes=options.max_bytes, timezone=options.timezone)
+    if options != plain or not parquet.recognises(source.head, source.origin.name):
+        return None
+    from stiction.sources.formats.stored_records import open_records
+
+    stored = open_records(source.path, keep=source)
+    if stored is None or options.tag is None:
+        return stored
+    if (chosen := stored.select(options.tag)).tags:
+        return chosen
+    raise RecordError(
+        f"has no loop {options.tag!r}; give one of {', '.join(stored.tags[:10])}.", where=source.origin.name
+    )
+
+
+def _in_one_zone(
+    files: list[_File], options: ReadOptions, rows: Sequence[MapRow] | None
+) -> tuple[list[_File], dict[str, str]]:
+    """Open files without a time zone again, in the zone of the others; also give the zone of each of them."""
+    kinds = {id(file): {_kind(loop) for loop in file.loops} for file in files}
+    zoned = [file for file in files if "utc" in kinds[id(file)]]
+    naive = {source_name(file.path) for file in files if "local" in kinds[id(file)]}
+    if not zoned or not naive or options.timezone is not None:
+        return files, {}
+    cells = (cell for row in zoned[0].loops[0].roles["op"].table.sample for cell in row)
+    zone = next((found[1] for cell in cells if (found := _OFFSET.search(cell))), "UTC")
+    again = replace(options, timezone=zone)
+    opened: list[_File] = []
+    for name, same in groupby(files, lambda file: source_name(file.path)):
+        members = list(same)
+        opened += _open_path(members[0].path, again, rows, several=True) if name in naive else members
+    return opened, dict.fromkeys(sorted(naive), zone)
+
+
+def _kind(loop: LoopRoles) -> str:
+    """Kind of the time stamps of a loop; empty where it has none that can be read."""
+    clock = loop.roles["op"].clock
+    try:
+        return clock.kind if clock else ""
+    except StictionError:
+        return ""
+
+
+def _list_failures(files: list[_File], loops: list[LoopRoles]) -> list[SourceFailure]:
+    """Files that hold no loop, and of which none takes a column."""
+    used = {id(table) for loop in loops for table in _tables_of(loop)}
+    return [
+        SourceFailure(file.name, None, file.failure)
+        for file in files
+        if file.failure is not None and not used & {id(column.table) for column in file.columns}
+    ]
+
+
+def _tables_of(loop: LoopRoles) -> list[RawTable]:
+    return [part.table for column in loop.roles.values() for part in column.parts or (column,)]
+
+
+def _files_together(files: list[_File], loops: list[LoopRoles], pool: list[_File]) -> list[tuple[str, ...]]:
+    """Files that must be opened together to find each loop: with one of the incomplete files, all of these."""
+    place = {source_name(file.path): k for k, file in reversed([*enumerate(files)])}
+    owner = {id(column.table): source_name(file.path) for file in files for column in file.columns}
+    incomplete = {source_name(file.path) for file in pool}
+    groups = [{owner[id(table)] for table in _tables_of(loop)} for loop in loops]
+    groups = [group | incomplete if group & incomplete else group for group in groups]
+    merged: list[set[str]] = []
+    for group in groups:
+        alike = [one for one in merged if one & group]
+        merged = [one for one in merged if not one & group] + [group.union(*alike)]
+    whole = {name: group for group in merged for name in group}
+    return [tuple(sorted(whole[next(iter(group))], key=place.__getitem__)) for group in groups]
+
+
+def _choose(loops: list[LoopRoles], stored: list[_File], tag: str, source: str) -> tuple[list[LoopRoles], list[_File]]:
+    """Choose the loop that the user asks for; a single loop without a tag takes any."""
+    if len(loops) == 1 and not stored and not loops[0].tag:
+        return loops, stored
+    names = [loop.tag or loop.roles["op"].table.origin.stem for loop in loops]
+    chosen = [loop for loop, name in zip(loops, names, strict=True) if name.casefold() == tag.casefold()]
+    files = [file for file in stored if file.stored and file.stored.select(tag).tags]
+    for file in files:
+        file.stored = file.stored and file.stored.select(tag)
+    if not chosen and not files:
+        names += [name for file in stored if file.stored for name in file.stored.tags]
+        raise RecordError(f"has no loop {tag!r}; its loops are {', '.join(names[:MAX_LISTED])}.", where=source)
+    return chosen, files
+
+
+def _nothing_read(failures: list[SourceFailure], refusal: RecordError | None, pool: list[str]) -> StictionError:
+    """The error of a source of several files that holds no loop."""
+    errors = {failure.file: failure.error for failure in failures}
+    if refusal is not None:
+        errors = {name: error for name, error in errors.items() if name not in pool} | {"": refusal}
+    if len(errors) == 1:
+        return next(iter(errors.values()))
+    reasons = " ".join(f"({k}) {error}" for k, error in enumerate(list(errors.values())[:MAX_LISTED], 1))
+    return RecordError(f"no loop could be read from {len(failures)} files: {reasons}")
