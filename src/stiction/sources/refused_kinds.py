@@ -25,9 +25,7 @@ _REFUSED = {
 """First bytes -> what holds no records, and the remedy."""
 MIN_ZEROS = 65_536
 """Zeros at the beginning of a file that is refused [bytes]."""
-_LINE_PROTOCOL = re.compile(
-    rb"[\w./-]+(?:,[\w./-]+=[^\s,=]+)* [\w./-]+=[^\s,=]+(?:,[\w./-]+=[^\s,=]+)* \d{10,19}\s*"
-)
+_LINE_PROTOCOL = re.compile(rb"[\w./-]+(?:,[\w./-]+=[^\s,=]+)* [\w./-]+=[^\s,=]+(?:,[\w./-]+=[^\s,=]+)* \d{10,19}\s*")
 _HTML = (b"<!doctype html", b"<html")
 
 
