@@ -41,8 +41,8 @@ def find_series_columns(
     """
     import polars as pl
 
-    frame = pl.DataFrame({**{key: texts[key] for key in keys}, "time": seconds}).lazy()
-    frame = frame.filter(pl.col("time").is_finite()).collect()
+    finite = pl.Series(np.isfinite(seconds))
+    frame = pl.DataFrame({**{key: texts[key] for key in keys}, "time": seconds}).filter(finite)
 
     def count_double(names: Sequence[str]) -> int:
         return frame.height - frame.select(*names, "time").n_unique()
@@ -50,7 +50,6 @@ def find_series_columns(
     allowed = max_double_share * frame.height
     if not free or count_double(keys) <= allowed:
         return []
-    finite = pl.Series(np.isfinite(seconds))
     for i in free:
         column = table.column(i).cast(pl.String).fill_null("").filter(finite).alias(f"{i}")
         if 1 < column.n_unique() <= MAX_SERIES:

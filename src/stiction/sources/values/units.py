@@ -5,15 +5,13 @@ from __future__ import annotations
 import re
 from collections import Counter
 from functools import lru_cache
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from stiction.errors import RecordError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
 
 __all__ = ["OneUnit", "is_known_unit", "scale_between", "to_one_unit"]
@@ -36,7 +34,7 @@ class OneUnit(NamedTuple):
 
 
 def to_one_unit(
-    values: NDArray[np.float64], units: Sequence[str], codes: NDArray[np.integer], where: str, *, written: str = ""
+    values: NDArray[np.float64], units: list[str], codes: NDArray[np.integer], where: str, *, written: str = ""
 ) -> OneUnit:
     """Convert numbers to the unit that a header names, where some have it, else to the one that most have.
 
@@ -44,7 +42,7 @@ def to_one_unit(
     ----------
     values : ndarray, shape (n_rows,)
         The numbers [unit of each row].
-    units : sequence of str
+    units : list of str
         Different units as written; blank for none.
     codes : ndarray, shape (n_rows,)
         Position in `units` of each row.
@@ -116,11 +114,11 @@ def scale_between(unit: str, target: str) -> tuple[float, float] | None:
     return (factor, zero) if np.isfinite(factor) and factor > 0.0 else None
 
 
-def _parse(registry: object, text: str) -> object:
+def _parse(registry: Any, text: str) -> Any:
     try:
-        return registry.parse_units(text)  # type: ignore[attr-defined]
+        return registry.parse_units(text)
     except Exception:
-        return registry.parse_units(text, case_sensitive=False)  # type: ignore[attr-defined]
+        return registry.parse_units(text, case_sensitive=False)
 
 
 def _split_kind(unit: str) -> tuple[str, str]:
