@@ -94,6 +94,7 @@ class StictionError(Exception):
 
     Examples
     --------
+    >>> from stiction.errors import RecordError, Setting
     >>> error = RecordError("no time column", remedy=("give ", Setting("dt"), " in seconds"), where="a.csv")
     >>> str(error), error.text(lambda setting: f"--{setting.name}")
     ('a.csv: no time column; give dt in seconds.', 'a.csv: no time column; give --dt in seconds.')
@@ -153,19 +154,53 @@ class StictionError(Exception):
 
 
 class ParameterError(StictionError, ValueError):
-    """A parameter lies outside its limits."""
+    """A parameter lies outside its limits.
+
+    Examples
+    --------
+    >>> import stiction as st
+    >>> try:
+    ...     st.Kano(S=-1.0, J=0.0)
+    ... except st.ParameterError as error:
+    ...     print(error)
+    S = -1 % of span is negative; give a value of 0 or more.
+    """
 
 
 class RecordError(StictionError, ValueError):
-    """A file or a record cannot be used as asked."""
+    """A file or a record cannot be used as asked.
+
+    Examples
+    --------
+    >>> import stiction as st
+    >>> try:
+    ...     st.diagnose(st.LoopRecord("FIC-101", 1.0, op=[50.0, 51.0]))
+    ... except st.RecordError as error:
+    ...     print(str(error).split(";")[0])
+    FIC-101 has no PV
+    """
 
 
 class ConvergenceError(StictionError, RuntimeError):
-    """An iterative search did not settle."""
+    """An iterative search did not settle.
+
+    Examples
+    --------
+    >>> import stiction as st
+    >>> issubclass(st.ConvergenceError, RuntimeError)
+    True
+    """
 
 
 class MissingExtraError(StictionError, ImportError):
-    """An optional dependency is not installed."""
+    """An optional dependency is not installed.
+
+    Examples
+    --------
+    >>> import stiction as st
+    >>> issubclass(st.MissingExtraError, ImportError)
+    True
+    """
 
 
 def import_extra(module: str, extra: str) -> Any:
