@@ -159,11 +159,9 @@ class ParameterError(StictionError, ValueError):
     Examples
     --------
     >>> import stiction as st
-    >>> try:
-    ...     st.Kano(S=-1.0, J=0.0)
-    ... except st.ParameterError as error:
-    ...     print(error)
-    S = -1 % of span is negative; give a value of 0 or more.
+    >>> st.Kano(S=-1.0, J=0.0)
+    Traceback (most recent call last):
+    stiction.errors.ParameterError: S = -1 % of span is negative; give a value of 0 or more.
     """
 
 
@@ -173,11 +171,9 @@ class RecordError(StictionError, ValueError):
     Examples
     --------
     >>> import stiction as st
-    >>> try:
-    ...     st.diagnose(st.LoopRecord("FIC-101", 1.0, op=[50.0, 51.0]))
-    ... except st.RecordError as error:
-    ...     print(str(error).split(";")[0])
-    FIC-101 has no PV
+    >>> st.read("no-such-file.csv")
+    Traceback (most recent call last):
+    stiction.errors.RecordError: no-such-file.csv: no such file; check the name and the folder.
     """
 
 
@@ -206,22 +202,10 @@ class MissingExtraError(StictionError, ImportError):
 def import_extra(module: str, extra: str) -> Any:
     """Import a module of an optional dependency, or say how to install it.
 
-    Parameters
-    ----------
-    module : str
-        Name of the module.
-    extra : str
-        Extra of the package that brings it.
-
-    Returns
-    -------
-    module
-        The module.
-
     Raises
     ------
     MissingExtraError
-        When it is not installed.
+        When it is not installed; the message has the pip line of the `extra` that brings it.
 
     Examples
     --------
@@ -373,32 +357,13 @@ def require_range(name: str, ends: tuple[float, float]) -> tuple[float, float]:
 
 
 def require_samples(name: str, seconds: float, dt: float) -> None:
-    """Refuse a length that needs too many samples.
-
-    Parameters
-    ----------
-    name : str
-        Name of the length, for the error.
-    seconds, dt : float
-        Length and sampling period [s].
-
-    Raises
-    ------
-    ParameterError
-        When that is more than `MAX_SAMPLES` samples.
-
-    Examples
-    --------
-    >>> require_samples("duration", 3600.0, 1.0)
-    """
+    """Refuse a length of more than `MAX_SAMPLES` samples; length and sampling period in s."""
     if seconds > MAX_SAMPLES * dt:
         raise ParameterError(
             f"{name} = {seconds:g} s is {seconds / dt:.4g} samples of {dt:g} s (limit {MAX_SAMPLES:,})",
             remedy=f"give at most {MAX_SAMPLES * dt:g} s, or a longer dt",
-            quantity=name,
-            value=seconds,
-            limit=MAX_SAMPLES * dt,
-        )
+            quantity=name, value=seconds, limit=MAX_SAMPLES * dt,
+        )  # fmt: skip
 
 
 def _to_float(name: str, value: float, unit: str) -> float:
