@@ -74,6 +74,7 @@ _ROOMS: dict[str, tuple[str, ...]] = {
         "structured_text",
         "work_order",
     ),
+    "stiction.export": ("ExportedModel", "export_c", "export_fmu", "export_matlab", "export_modelica"),
     "stiction.fleet": ("Audit", "audit", "group_oscillations", "open_audit"),
     "stiction.fleet.stiction_features": ("StictionFeatures",),
     "stiction.report": ("write_report",),

@@ -15,7 +15,6 @@ from stiction.diagnosis import Diagnosis
 from stiction.display.json_form import Result
 from stiction.display.number_format import format_interval, format_probability
 from stiction.errors import ParameterError, require_kind
-from stiction.records.analysis_window import usable_segment
 
 if TYPE_CHECKING:
     from stiction.compensation.result import CompensationTrial
@@ -174,11 +173,11 @@ def _identified_valve(diagnosis: Diagnosis) -> Identification | None:
 
 
 def _usual_op(diagnosis: Diagnosis) -> float:
-    """Return the median of OP in the analysed part, or in the whole record [% of span]; mid span for another unit."""
+    """Return the median of OP in the judged part, or in the whole record [% of span]; mid span for another unit."""
     if not diagnosis.record.op_in_percent:
         return MID_SPAN_PERCENT
-    op = usable_segment(diagnosis.record).op
-    return float(np.nanmedian(op if np.isfinite(op).any() else diagnosis.record.op))
+    op = diagnosis.segment.op
+    return float(np.nanmedian(op if op.size else diagnosis.record.op))
 
 
 def _describe_record(diagnosis: Diagnosis) -> str:
