@@ -258,7 +258,7 @@ def _scenario(cause: str, causes: tuple[str, ...]) -> Callable[[np.random.Genera
             return None
         more = ("external",) if "and sine" in case.kind or "moved by a load" in case.kind else ()
         sp = case.record.sp
-        if cause != "sensor" and sp is not None and float(np.ptp(sp)) > 0.15 * float(case.record.pv.std()):
+        if cause != "sensor" and sp is not None and float(np.ptp(sp)) > 0.5 * float(case.record.pv.std()):
             more = (*more, "set_point")
         S, J = (case.S, case.J) if case.S > 0.0 else (0.0, 0.0)
         return KindCase(case.record, cause, causes + more, S, J)

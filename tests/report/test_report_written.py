@@ -137,7 +137,7 @@ def test_confidence_words(verdict, p, word):
 
 
 def test_a_sticky_valve_next_to_another_cause_has_both_in_the_table(tmp_path):
-    causes = OscillationCause(0.8, 0.1, 0.9, 0.0, 0.0)
+    causes = OscillationCause(valve=0.8, tuning=0.1, external=0.9)
     text = " ".join(written(tmp_path, diagnosis(oscillation_cause=causes), diagnosis()).text)
     assert text.count("Stiction and external load") == 1
 

@@ -27,7 +27,8 @@ def diagnose(
     explain: Annotated[bool, Parameter(negative="")] = False,
     reading: ReadingOptions = ReadingOptions(),  # noqa: B008 (frozen)
     prior: float = 0.25,
-    costs: tuple[float, float, float] = (1.0, 1.0, 0.2),
+    costs: tuple[float, float, float] = (1.0, 1.0, 0.3),
+    smallest_S: Annotated[float, Parameter(name="--smallest-S")] = 1.0,
     export_twin: Annotated[str | None, Parameter(name="--export-twin", negative="")] = None,
 ) -> int:
     """Find out for each loop whether its valve sticks, how much, with what probability, and what to do.
@@ -51,8 +52,11 @@ def diagnose(
         Share of sticky valves among the loops that the records come from, between 0 and 1; 0.25 when not given.
     costs
         Cost of a false alarm, of a missed sticky valve, and of an open question: three numbers in any unit; 1 1
-        0.2 when not given. The verdict is "undecided" where either answer is expected to cost more than an open
+        0.3 when not given. The verdict is "undecided" where either answer is expected to cost more than an open
         question.
+    smallest_S
+        Smallest stiction band that matters in % of span; 1 when not given. No valve is called good where stiction of
+        this size would not have shown.
     export_twin
         FMU to write for one loop: valve, process and controller as identified, with the intervals of S and J as the
         ranges of these parameters.
@@ -82,7 +86,7 @@ def diagnose(
             raise ParameterError(
                 f"--report writes HTML, but {target.name} does not end in .html or .htm; give a name that does."
             )
-    judgement = {"prior": prior, "costs": costs}
+    judgement = {"prior": prior, "costs": costs, "smallest_S": smallest_S}
     if export_twin is not None:
         from stiction.export import check_new_file
 
@@ -147,13 +151,13 @@ def _export_twin(diagnoses: list["Diagnosis"], path: str) -> str:
 
 
 def _diagnose(
-    records: list["LoopRecord"], prior: float, costs: tuple[float, float, float]
+    records: list["LoopRecord"], prior: float, costs: tuple[float, float, float], smallest_S: float
 ) -> tuple[list["Diagnosis"], list[Failure]]:
     from stiction import diagnose as diagnose_record
     from stiction.apps.output import track
     from stiction.diagnosis.verdict.decision import Costs
 
-    settings = {"prior": prior, "costs": Costs(*costs)}
+    settings = {"prior": prior, "costs": Costs(*costs), "smallest_S": smallest_S}
     diagnoses: list[Diagnosis] = []
     failures: list[Failure] = []
     for record in track(records, "Diagnosing"):

@@ -36,6 +36,8 @@ S_GRID = np.geomspace(0.1, 30.0, 10)
 """S for which the evidence is foretold [% of span]."""
 TYPICAL_JUMP = 0.3
 """J over S of the valve for which it is foretold [-]."""
+MIN_SCALE = 1e-9
+"""Size of a regressor that does not move [-]."""
 RIDGE = 1e-8
 """Added to the diagonal of scaled normal equations [-]."""
 
@@ -113,7 +115,7 @@ class _Blocks:
         if stem is not None:
             parts.append(self._lags(self._means(stem, n)[0], OP_LAGS))
         rows = np.vstack(parts)
-        self.scales = np.sqrt(np.einsum("ij,ij->i", rows, rows)) + 1e-150
+        self.scales = np.maximum(np.sqrt(np.einsum("ij,ij->i", rows, rows)), MIN_SCALE)
         self.rows = rows / self.scales[:, np.newaxis]
         self.squares = self.rows @ self.rows.T + RIDGE * np.eye(len(rows))
         self.right = self.rows @ self.target
@@ -175,11 +177,11 @@ def fit_response(
     if pv.size < MIN_BLOCKS or not (float(np.ptp(pv)) > 0.0 and float(np.ptp(op)) > 0.0):
         return LoopResponse()
     peaks = _peaks(pv[:8192])
-    effects = [_op_effect(_Blocks(op, pv, size, peaks)) for size in BLOCKS if pv.size // size >= MIN_BLOCKS]
-    effect, gain = max(effects)
     per_period = 40.0 if period is None else period / dt
     size = int(np.clip(per_period / PER_PERIOD, 1, max(pv.size // MIN_BLOCKS, 1)))
     blocks = _Blocks(op, pv, size, peaks, found.mv[: op.size])
+    others = [_Blocks(op, pv, one, peaks) for one in BLOCKS if one != size and pv.size // one >= MIN_BLOCKS]
+    effect, gain = max(map(_op_effect, (blocks, *others)))
     beside = blocks.fit(blocks.own, blocks.waves, blocks.by_op)
     own, plain = blocks.fit(blocks.own), blocks.fit(blocks.own, blocks.by_op)
     sign = controller.action

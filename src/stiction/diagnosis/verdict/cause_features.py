@@ -159,7 +159,8 @@ def _coherence(found: CauseInput, of: str) -> float:
         return 0.0
     windows = [np.lib.stride_tricks.sliding_window_view(x, length)[:: max(length // 2, 1)] for x in (sp, y)]
     taper = np.hanning(length)
-    by_sp, by_y = (np.fft.rfft((x - x.mean(axis=1, keepdims=True)) * taper, axis=1) for x in windows)
+    size = np.maximum(windows[1].std(axis=1, keepdims=True), 1e-12 * float(np.ptp(y)))  # each window counts alike
+    by_sp, by_y = (np.fft.rfft((x - x.mean(axis=1, keepdims=True)) / size * taper, axis=1) for x in windows)
     count = by_sp.shape[0]
     power_sp, power = (np.abs(by_sp) ** 2).mean(axis=0), (np.abs(by_y) ** 2).mean(axis=0)
     together = np.abs((by_sp.conj() * by_y).mean(axis=0)) ** 2 / np.maximum(power_sp * power, 1e-300)

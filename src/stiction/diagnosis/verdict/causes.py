@@ -135,7 +135,7 @@ def find_detectable_S(features: Mapping[str, float], response: LoopResponse) -> 
     if i == 0:
         return float(S_GRID[0])
     ends = np.maximum(evidence[i - 1 : i + 1], 0.0)
-    return float(np.exp(np.interp(models.min_evidence, ends, np.log(S_GRID[i - 1 : i + 1]))))
+    return round(float(np.exp(np.interp(models.min_evidence, ends, np.log(S_GRID[i - 1 : i + 1])))), 3)
 
 
 def closest_alternative(likelihood_ratios: Mapping[str, float]) -> tuple[str, float] | None:

@@ -71,7 +71,7 @@ class Diagnosis(ResultDisplay, kind="verdict"):
     """What each feature adds to the log odds of stiction, the strongest first."""
     prior: float = DEFAULT_PRIOR
     """Share of sticky valves assumed before the record is looked at [-]."""
-    S_detectable: float | None = field(default=None, metadata=FOUR_DECIMALS)
+    S_detectable: float | None = None
     """Smallest S for which 90 % of such records would not be called `no_stiction` [% of span]; None where none would
     show."""
     smallest_S: float = DEFAULT_SMALLEST_S
