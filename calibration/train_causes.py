@@ -29,18 +29,27 @@ HIDDEN_KINDS = ("stuck", "unmoved", "play unmoved")
 UNKNOWABLE = {
     "external": ("stuck", "random load", "position as OP", "pulsed"),
     "tuning": ("rate limit",),
-    "unseen": ("position as OP", "pulsed", "play"),
+    "unseen": ("position as OP", "pulsed", "play", "deadband"),
 }
 """Cause -> kinds that do not count for it: it is there in part, or another name for what is."""
+SINGLE_CAUSES = {
+    "stiction": "valve", "deadband": "valve", "tight tuning": "tuning", "external disturbance": "external",
+    "sensor": "sensor",
+}  # fmt: skip
+"""Cause of a loop of `population` -> the one cause that is known of it."""
+SINGLE_SETS = ("population", "stored")
+"""Sets whose loops count for the cause that is known of them."""
 HIDDEN_WEIGHT = 3.0
 """Weight of a loop whose stem does not move in the model of the unseen valve [-]."""
-UNSEEN_LIMIT = 0.2
+UNSEEN_LIMIT = 0.25
 """Probability of an unseen valve above which nothing is excluded [-]: of simulated loops whose stem does not move, 2 %
 are below it."""
+MIN_TURNS = 6
+"""Turns of the stem below which a sticky loop of another set does not count [-]."""
 SHOWN = 0.9
 """Share of the sticky valves with S above `S_detectable` that must not be called good [-]."""
-LEAST_EVIDENCE = 12.0
-"""Least evidence foretold [-]: twice the 95 % point of chi-square with two degrees of freedom."""
+LEAST_EVIDENCE = 2.7
+"""Least evidence foretold [-]: the 90 % point of chi-square with one degree of freedom."""
 
 
 def features_for(cause: str) -> list[Any]:
@@ -59,7 +68,13 @@ def cause_labels(table: pl.DataFrame, cause: str) -> tuple[np.ndarray, np.ndarra
     kind = table["cause"].to_numpy()
     weights = np.where(np.isin(kind, UNKNOWABLE.get(cause, ())), 0.0, 1.0)
     if cause != "unseen":
-        return np.array([cause in (text or "").split("+") for text in table["causes"].to_list()]), weights
+        of_kind = np.array([text is not None for text in table["causes"].to_list()])
+        known = of_kind | (np.isin(kind, list(SINGLE_CAUSES)) & np.isin(table["set"].to_numpy(), SINGLE_SETS))
+        if cause in ("external", "set_point"):
+            known &= of_kind | (kind == "tight tuning") | ((kind == "external disturbance") & (cause == "external"))
+        names = [SINGLE_CAUSES.get(one, "") if text is None else text
+                 for one, text in zip(kind, table["causes"].to_list(), strict=True)]  # fmt: skip
+        return np.array([cause in name.split("+") for name in names]), np.where(known, weights, 0.0)
     hidden = np.isin(kind, HIDDEN_KINDS)
     return table["sticky"].to_numpy() | hidden, np.where(hidden, HIDDEN_WEIGHT, weights)
 
@@ -102,6 +117,9 @@ def fit_causes(table: pl.DataFrame) -> dict[str, Any]:
         The stored form that `stiction.diagnosis.verdict.causes` reads.
     """
     table = table.filter(pl.col("state") == "in_control")
+    if "stem_turns" in table.columns:
+        hardly = pl.col("sticky") & (pl.col("stem_turns") < MIN_TURNS) & pl.col("causes").is_null()
+        table = table.filter(~hardly)
     models = {cause: fit_one(table, cause) for cause in (*CAUSES, "unseen")}
     unseen = cause_probabilities(models["unseen"], table, "unseen")
     return {

@@ -17,6 +17,7 @@ from stiction.diagnosis.verdict.causes import assess_causes, find_detectable_S
 from stiction.diagnosis.verdict.decision import DEFAULT_SMALLEST_S, Costs, decide
 from stiction.diagnosis.verdict.diagnosis import Diagnosis
 from stiction.diagnosis.verdict.features import FeatureInput, compute_features
+from stiction.diagnosis.verdict.finding import is_backlash
 from stiction.diagnosis.verdict.model import log_odds, stiction_model
 from stiction.diagnosis.verdict.readings import compare_readings
 from stiction.errors import require_positive, require_probability
@@ -98,17 +99,22 @@ def diagnose(
         )
     )  # fmt: skip
     S_detectable = find_detectable_S(cause_features, response)
+    causes, identification = assess_causes(cause_features, prior), fitted.identification
+    excluded = S_detectable is not None and S_detectable <= smallest_S
+    verdict = decide(probability, costs, excluded=excluded)
+    if is_backlash(causes, identification, probability):
+        verdict = "no_stiction"
     return Diagnosis(
         segment=segment,
-        verdict=decide(probability, costs, excluded=S_detectable is not None and S_detectable <= smallest_S),
+        verdict=verdict,
         probability=probability,
-        oscillation_cause=assess_causes(cause_features, prior),
+        oscillation_cause=causes,
         S_detectable=S_detectable,
         smallest_S=smallest_S,
         cause_features=cause_features,
         response=response,
         evidence=detect_all(segment.part, segment.oscillation),
-        identification=fitted.identification,
+        identification=identification,
         controller=fitted.controller,
         features=features,
         contributions=model.contributions(features),

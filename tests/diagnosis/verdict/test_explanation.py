@@ -69,7 +69,7 @@ def test_costs_change_the_verdict_and_not_the_evidence():
 
 
 def test_the_prior_changes_the_probability_and_not_the_evidence():
-    found = make_diagnosis(0.1, prior=0.01)
+    found = make_diagnosis(0.02, prior=0.01)
     assert found.reason.startswith("The evidence does not decide")
     sure = make_diagnosis(0.15, prior=0.01)
     assert (sure.verdict, sure.reason.startswith("A valve with a stiction band S of")) == ("no_stiction", True)

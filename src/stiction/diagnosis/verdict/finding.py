@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Literal, Protocol
 
+from stiction.diagnosis.verdict.causes import NAMED
 from stiction.display.duration_format import format_seconds
 
 if TYPE_CHECKING:
@@ -12,7 +14,7 @@ if TYPE_CHECKING:
     from stiction.diagnosis.result import Oscillation, Verdict
     from stiction.diagnosis.verdict.causes import OscillationCause
 
-__all__ = ["FINDINGS", "GRADES", "Finding", "explain_next_step", "find_code", "grade"]
+__all__ = ["FINDINGS", "GRADES", "Finding", "explain_next_step", "find_code", "grade", "is_backlash"]
 
 Finding = Literal[
     "sticks", "probably_sticks", "backlash", "tuning", "follows", "external", "set_point", "rate_limit", "dead_zone",
@@ -27,6 +29,10 @@ STATE_FINDINGS: dict[str, Finding] = {
     "saturated": "not_in_command", "pv_frozen": "sensor",
 }  # fmt: skip
 """State of a loop that is not in control -> what is said first; `no_data` of any other."""
+INSIDE = ("valve", "tuning", "rate_limit", "dead_zone", "sensor")
+"""Causes inside the loop."""
+EXCLUDED = 0.2
+"""Probability of every cause inside below which an oscillation comes from outside, where the valve is good too [-]."""
 TEST_PERIODS = 3.0
 """Periods in manual that show whether an oscillation comes from outside [-]."""
 MIN_TEST_STEP = 2.0
@@ -100,6 +106,12 @@ def grade(verdict: Verdict, probability: float) -> str:
     return next(word for limit, word in GRADES if probability >= limit)
 
 
+def is_backlash(causes: OscillationCause, identification: Identification | None, probability: float) -> bool:
+    """Whether the valve drives the loop by its play: it moves it, has no slip jump, and hardly sticks."""
+    named = causes.main == "valve" and identification is not None and identification.is_play
+    return named and probability < NAMED
+
+
 def find_code(found: Findings) -> Finding:
     """Choose what is said first.
 
@@ -121,7 +133,8 @@ def find_code(found: Findings) -> Finding:
             return "cause_unknown" if hidden and found.verdict == "undecided" else "external"
         return name  # type: ignore[return-value]
     if found.oscillation.oscillating:
-        return "cause_unknown"
+        inside = max(getattr(causes, name) for name in INSIDE)
+        return "external" if found.verdict == "no_stiction" and inside < EXCLUDED else "cause_unknown"
     return "nothing_found" if found.verdict == "no_stiction" else "cannot_tell"
 
 
@@ -156,7 +169,8 @@ def _minutes(seconds: float) -> str:
 
 
 def _size(found: Findings) -> float:
-    return max(found.identification.S if found.identification is not None else 0.0, 0.5 * MIN_TEST_STEP)
+    S = 0.0 if found.identification is None else found.identification.S
+    return max(S if math.isfinite(S) else 0.0, 0.5 * MIN_TEST_STEP)
 
 
 def _step(found: Findings) -> str:
