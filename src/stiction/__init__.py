@@ -37,7 +37,6 @@ _ROOMS: dict[str, tuple[str, ...]] = {
         "PhysicalValve",
         "Positioner",
         "Srinivasan",
-        "StateSpace",
         "Stenman",
         "Table",
         "TransferFunction",
@@ -47,10 +46,6 @@ _ROOMS: dict[str, tuple[str, ...]] = {
     "stiction.records": ("LoopRecord",),
     "stiction.sources": ("read",),
     "stiction.simulation": (
-        "behaviour_map",
-        "critical_rate",
-        "phenomena_table",
-        "ramp_behaviour",
         "reduce_valve",
         "simulate",
         "stroke",
@@ -74,7 +69,6 @@ _ROOMS: dict[str, tuple[str, ...]] = {
     ),
     "stiction.compensation": (
         "CompensationTrial",
-        "WorkOrder",
         "compensate",
         "retune",
         "structured_text",

@@ -125,7 +125,7 @@ def work_order(diagnosis: Diagnosis, trial: CompensationTrial | None = None) -> 
     >>> import stiction as st
     >>> loop = st.Loop(st.PID(0.2, 10.0), st.Kano(5.0, 2.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
     >>> record = st.simulate(loop, sp=10.0, duration=2000.0, op_start=50.0, tag="FIC-101", loop_type="flow")
-    >>> work_order(st.diagnose(record)).title
+    >>> st.work_order(st.diagnose(record)).title
     'Work order: control valve of FIC-101, repair'
     """
     require_kind("diagnosis", diagnosis, Diagnosis, "the result of st.diagnose(record)")

@@ -85,7 +85,7 @@ def usable_segment(record: LoopRecord, window: tuple[int, int] | None = None) ->
     record : LoopRecord
         A record of one loop.
     window : (int, int), optional
-        What `analysis_window` gives for it, when it is known.
+        What `analysis_window` gives for it, when it is known [samples].
 
     Returns
     -------

@@ -28,7 +28,16 @@ __all__ = ["Diagnosis"]
 
 @dataclass(frozen=True, slots=True)
 class Diagnosis(ResultDisplay, kind="verdict"):
-    """Whether the valve of a loop sticks, how much, how sure that is, and what to do."""
+    """Whether the valve of a loop sticks, how much, how sure that is, and what to do.
+
+    Examples
+    --------
+    >>> import stiction as st
+    >>> loop = st.Loop(st.PID(0.2, 10.0), st.Kano(5.0, 2.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
+    >>> found = st.diagnose(st.simulate(loop, sp=10.0, duration=2000.0, loop_type="flow"))
+    >>> isinstance(found, st.Diagnosis), found.verdict
+    (True, 'stiction')
+    """
 
     _json_keys = (
         "record.provenance.source as file", "record.tag as tag", "verdict", "probability", "prior", "reason", "action",
