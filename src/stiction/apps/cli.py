@@ -55,6 +55,11 @@ VERBS = {
         "",
         "List the limit cycles of a sticky loop.",
     ),
+    "export": (
+        "stiction.apps.export:export",
+        "MODEL",
+        "Write a valve or a compensator as FMU, C, Modelica or MATLAB.",
+    ),
     "paper": ("stiction.apps.paper:paper", "", "Show the paper's tables and figures, as printed and corrected."),
     "benchmark": ("stiction.apps.benchmark:benchmark", "[FOLDER]", "Compare verdicts with the labels of a folder."),
     "doctor": ("stiction.apps.doctor:doctor", "", "Show what is installed and what is missing."),

@@ -24,6 +24,7 @@ __all__ = [
     "CAUSES",
     "VERDICTS",
     "VERDICT_ICONS",
+    "VERDICT_LINES",
     "S_text",
     "cause_label",
     "cause_title",
@@ -47,6 +48,12 @@ __all__ = [
 
 VERDICTS = {"stiction": "Stiction", "no_stiction": "No stiction", "undecided": "Cannot tell"}
 """Verdict -> its name."""
+VERDICT_LINES = {
+    "stiction": "Valve stiction",
+    "no_stiction": "No valve stiction found",
+    "undecided": "Cannot tell whether the valve sticks",
+}
+"""Verdict -> its line at the head of a page."""
 VERDICT_ICONS: dict[str, StatusIcon] = {"stiction": "alert", "no_stiction": "good", "undecided": "unknown"}
 """Verdict -> its icon."""
 CAUSES = {
@@ -152,14 +159,12 @@ def S_text(diagnosis: Diagnosis) -> str:
 
 def headline(diagnosis: Diagnosis) -> str:
     """Return the verdict in one line; the state of the loop comes first where it is not in control."""
-    found = diagnosis.identification
+    found, line, cause = diagnosis.identification, VERDICT_LINES[diagnosis.verdict], cause_label(diagnosis)
     if not diagnosis.loop_state.in_control:
         return f"{HEADLINES[diagnosis.loop_state.state]}: cannot tell whether the valve sticks"
     if diagnosis.verdict == "stiction":
-        return "Valve stiction" if found is None else f"Valve stiction: {stiction_size(found, diagnosis.record)}"
-    says = "No valve stiction found" if diagnosis.verdict == "no_stiction" else "Cannot tell whether the valve sticks"
-    cause = cause_label(diagnosis)
-    return says if cause in ("none", CAUSES["valve"]) else f"{says}; likely {cause_title(diagnosis)}: {cause}"
+        return line if found is None else f"{line}: {stiction_size(found, diagnosis.record)}"
+    return line if cause in ("none", CAUSES["valve"]) else f"{line}; likely {cause_title(diagnosis)}: {cause}"
 
 
 def cause_title(diagnosis: Diagnosis) -> str:

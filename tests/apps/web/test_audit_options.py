@@ -46,7 +46,7 @@ def test_page_shows_the_verdict_of_the_audit(page_folder):
     content = json.loads((page_folder / "content.json").read_text())
     assert content["verdict"] == content["diagnosis"]["verdict"] == "no_stiction"
     assert content["diagnosis"]["prior"] == PRIOR
-    assert "another verdict" not in content["confidence"]
+    assert "another verdict" not in content["headline"]["confidence"]
 
 
 def test_what_if_starts_from_the_verdict_of_the_audit(page_folder):

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stiction.apps.web.audit_files import load_audit, tag_of_loop
-from stiction.apps.web.diagnose_loop import OPTIONS_FILE, loop_content
+from stiction.apps.web.diagnose_loop import OPTIONS_FILE, loop_content, write_content
 from stiction.errors import StictionError
 
 if TYPE_CHECKING:
@@ -34,8 +34,6 @@ def prepare_audit_loop(folder: str, key: int, target: str) -> None:
     target : str
         Folder for `content.json` and `signals.npz`.
     """
-    from stiction.records.atomic_write import write_atomically
-
     audit = load_audit(folder)
     tag = tag_of_loop(folder, key)
     row = audit.row(tag)
@@ -45,13 +43,13 @@ def prepare_audit_loop(folder: str, key: int, target: str) -> None:
         record = audit.read(tag)
     except (StictionError, OSError) as error:
         reason = error.text(where=error.file_name) if isinstance(error, StictionError) else error.strerror
-        content = _content_of_row(row) | {"pvop": None}
+        content = _content_of_row(row)
         _write_means(audit, tag, place, f"because {row.source} cannot be read: {reason}")
     else:
         note = "raw samples of the source" + _change_note(audit, tag, row, record)
         content = _diagnose(audit, row, record)
         _write_signals(record, content.pop("arrays"), place, note)
-    write_atomically(json.dumps(content, allow_nan=False), place / "content.json")
+    write_content(content, place)
 
 
 def write_audit_record(folder: str, key: int, path: str) -> None:
@@ -78,13 +76,12 @@ def _diagnose(audit: Audit, row: LoopRow, record: LoopRecord) -> dict[str, Any]:
     from stiction.report.loop_view import LoopView
 
     if record.pv is None:
-        return _content_of_row(row) | {"pvop": None, "arrays": {}}
+        return _content_of_row(row) | {"arrays": {}}
     diagnosis = audit.diagnose(record)
     content = loop_content(diagnosis)
     if row.status != "screened" and diagnosis.verdict != row.verdict:
-        told = _content_of_row(row)
-        content |= {name: told[name] for name in ("verdict", "verdict_label", "headline", "reason", "action")}
-        content["confidence"] = (
+        content |= {name: part for name, part in _content_of_row(row).items() if name in ("verdict", "headline")}
+        content["headline"]["confidence"] = (
             "The source now gives another verdict than at the time of the audit; run the audit again"
         )
     view = LoopView(diagnosis)
@@ -93,28 +90,28 @@ def _diagnose(audit: Audit, row: LoopRow, record: LoopRecord) -> dict[str, Any]:
 
 def _content_of_row(row: LoopRow) -> dict[str, Any]:
     """What the page shows when there is only the row of the audit."""
+    from stiction.apps.web.plain_blocks import blocks_to_plain
     from stiction.diagnosis.loop_state import HEADLINES
     from stiction.report import labels
+    from stiction.report.blocks import Definitions, Headline
 
-    state, chance = row.loop_state or "in_control", row.text("probability")
+    state, chance, line = row.loop_state or "in_control", row.text("probability"), labels.VERDICT_LINES[row.verdict]
     unit = "%" if row.op_unit == "% of span" else ""
-    size = f": S = {row.text('S')} {unit}, J = {row.text('J')} {unit}" if row.S is not None else ""
-    title = {"stiction": f"Valve stiction{size}", "no_stiction": "No valve stiction found"}.get(
-        row.verdict, "Cannot tell whether the valve sticks"
-    )
     if state != "in_control":
-        title = f"{HEADLINES[state]}: cannot tell whether the valve sticks"
-    facts = [["Status", row.status], ["Period", row.text("period_s")]]
+        line = f"{HEADLINES[state]}: {line[0].lower()}{line[1:]}"
+    elif row.verdict == "stiction" and row.S is not None:
+        line += f": S = {row.text('S')} {unit}, J = {row.text('J')} {unit}".rstrip()
+    facts = [(name, text) for name, text in (("Status", row.status), ("Period", row.text("period_s"))) if text]
+    sure, icon = f"Probability of stiction {chance}" if chance else "", labels.VERDICT_ICONS[row.verdict]
+    times = [("From", [labels.format_time(row.start)]), ("To", [labels.format_time(row.end)])]
+    blocks = [
+        Headline(row.tag, row.verdict, icon, line, sure, row.reason, row.action, facts),
+        Definitions([("Source", [row.source]), *times, ("Data warnings", list(row.data_warnings))]),
+    ]
+    [headline, origin] = blocks_to_plain(blocks)
     return {
-        "diagnosis": None, "tag": row.tag, "verdict": row.verdict, "verdict_label": labels.VERDICTS[row.verdict],
-        "headline": title, "reason": row.reason, "action": row.action,
-        "confidence": f"Probability of stiction {chance}" if chance else "",
-        "state": {"name": state, "title": HEADLINES[state], "why": "", "action": "", "stretches": []},
-        "facts": [fact for fact in facts if fact[1]], "identified": [], "contributions": [],
-        "contributions_sentence": "", "evidence": [],
-        "checks": [{"name": name, "severity": "warn", "why": "see the report"} for name in row.data_warnings],
-        "origin": [["Source", row.source], ["From", row.start or ""], ["To", row.end or ""]],
-        "units": {"pv": row.pv_unit or "engineering units", "op": row.op_unit},
+        "diagnosis": None, "tag": row.tag, "verdict": row.verdict, "headline": headline, "trends": [],
+        "sections": [{"title": "Origin", "blocks": [origin]}], "stretches": [],
     }  # fmt: skip
 
 

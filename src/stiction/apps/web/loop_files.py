@@ -3,15 +3,10 @@
 from __future__ import annotations
 
 import json
-import math
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 from stiction.apps.web.diagnose_loop import diagnose_file
-
-if TYPE_CHECKING:
-    from stiction.compensation import CompensationTrial
 
 __all__ = ["read_content", "read_trend", "try_remedies", "write_loop_report"]
 
@@ -40,44 +35,16 @@ def write_loop_report(record_path: str, folder: str) -> tuple[str, str]:
 
 
 def try_remedies(record_path: str, folder: str) -> bytes:
-    """Try repair, retuning and compensators on the simulated loop; return the table as JSON."""
+    """Try repair, retuning and compensators on the simulated loop; return what is shown of it as JSON."""
+    from stiction.apps.web.plain_blocks import blocks_to_plain
     from stiction.compensation import compensate
+    from stiction.report.blocks import Figure, SideBySide
+    from stiction.report.pages.trial import trial_blocks
 
     path = Path(folder) / "remedies.json"
     if not path.is_file():
-        trial = compensate(diagnose_file(record_path))
-        path.write_text(json.dumps(_remedies(trial), allow_nan=False), encoding="utf-8")
+        diagnosis = diagnose_file(record_path)
+        blocks = trial_blocks(compensate(diagnosis), diagnosis)
+        shown = [block for block in blocks if not isinstance(block, Figure | SideBySide)]
+        path.write_text(json.dumps({"blocks": blocks_to_plain(shown)}, allow_nan=False), encoding="utf-8")
     return path.read_bytes()
-
-
-def _remedies(trial: CompensationTrial) -> dict[str, Any]:
-    """The trials as rows of a table; numbers are relative to doing nothing."""
-    from stiction.compensation.remedies import NO_ACTION
-    from stiction.report.labels import format_number
-    from stiction.report.pages.trial import _change as format_change
-    from stiction.report.pages.trial import remedy_note, retuning_text, settings_text
-    from stiction.report.pages.trial import trial_line as headline
-
-    rows = []
-    if trial.remedies:
-        now = trial[NO_ACTION].behaviour
-        rows = [
-            [
-                one.name, format_change(_ratio(one.behaviour.pv_std, now.pv_std)),
-                format_number(_ratio(one.behaviour.travel, now.travel)), format_number(one.behaviour.reversals),
-                f"{one.cost:.2f}", settings_text(one), remedy_note(one, trial),
-            ]
-            for one in trial.remedies
-        ]  # fmt: skip
-    return {
-        "headline": headline(trial),
-        "reason": trial.reason,
-        "risk": "" if trial.refused else trial.risk,
-        "retuning": retuning_text(trial),
-        "columns": ["Remedy", "PV std", "Valve travel", "Reversals per hour", "Price", "Settings", "Note"],
-        "rows": rows,
-    }
-
-
-def _ratio(value: float, base: float) -> float:
-    return value / base if base > 0.0 else math.nan

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiction.apps.web.figure_blocks import block_to_plain, figure_to_plain
+from stiction.apps.web.plain_blocks import blocks_to_plain
 from stiction.apps.web.textbook_text import describe_crossings, describe_jump, describe_ramp, describe_sine
 from stiction.apps.web.trend_signals import measure_swing, thin
 
@@ -130,11 +130,8 @@ def draw_nyquist(settings: TextbookSettings) -> dict[str, Any]:
 
     loop = _example_loop(settings)
     cycles = predict_limit_cycles(loop)
-    return {
-        "figure": figure_to_plain(nyquist_plot(loop, cycles)),
-        "table": block_to_plain(cycle_table(cycles)),
-        "sentence": describe_crossings(loop, cycles),
-    }
+    figure, table = blocks_to_plain([nyquist_plot(loop, cycles), cycle_table(cycles)])
+    return {"figure": figure, "table": table, "sentence": describe_crossings(loop, cycles)}
 
 
 def simulate_jump(settings: TextbookSettings, width: int = 1200) -> dict[str, Any]:

@@ -17,7 +17,7 @@ const CLOCK = [
 /** Sizes of the plots on an A4 page [px]. */
 const PRINT_WIDTH = 750;
 const PRINT_HALF = 360;
-const PRINT_HEIGHT = 160;
+const PRINT_HEIGHT = 140;
 const RESIZE_DELAY_MS = 60;
 export const live = new Set();
 

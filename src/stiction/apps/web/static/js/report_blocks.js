@@ -1,27 +1,33 @@
-// Blocks of a report: headings, texts, tables and figures, from the plain data that the server sends.
+// Blocks of a page: the finding, headings, texts, tables, bars and figures, from the plain data that the server sends.
 
+import { chip, VERDICTS } from "./chips.js";
 import { h, scrollBox } from "./dom.js";
 import { xyPlot } from "./xyplot.js";
 
-const MARKS = { good: ["✓", "agrees"], alert: ["✗", "differs"], unknown: ["?", "unknown"] };
+const MARKS = { good: ["✓", "good"], alert: ["✗", "alert"], unknown: ["?", "unknown"] };
+/** Rows of a table above which it is folded. */
+const MAX_OPEN_ROWS = 10;
 
-function cell({ text, mark }) {
-  if (!mark) return h("td", {}, text);
+function cell({ text, mark, number }) {
+  if (!mark) return h("td", { class: number ? "number" : null }, text);
   const [shape, word] = MARKS[mark];
   return h("td", { class: `mark-${mark}` }, h("span", { "aria-hidden": "true" }, `${shape} `), h("span", { class: "hidden-text" }, `${word}: `), text);
 }
 
 function table({ columns, rows, caption }) {
-  return scrollBox(
+  const numbers = columns.map((_, k) => rows.every((row) => row[k].number));
+  const heads = columns.map((text, k) => (text ? h("th", { scope: "col", class: numbers[k] ? "number" : null }, text) : h("td", {})));
+  const box = scrollBox(
     caption || "Table",
     h(
       "table",
       {},
       caption ? h("caption", { class: "caption" }, caption) : null,
-      h("thead", {}, h("tr", {}, columns.map((text) => (text ? h("th", { scope: "col" }, text) : h("td", {}))))),
+      h("thead", {}, h("tr", {}, heads)),
       h("tbody", {}, rows.map((row) => h("tr", {}, row.map(cell)))),
     ),
   );
+  return rows.length > MAX_OPEN_ROWS ? h("details", { class: "screen-only" }, h("summary", {}, `Show the ${rows.length} rows`), box) : box;
 }
 
 function figure(block) {
@@ -46,13 +52,52 @@ function figure(block) {
   };
 }
 
+/** Bars from a line at 0, as a table that a screen reader can read. */
+function bars({ title, caption, x_label, names, x, text }) {
+  const [low, high] = [Math.min(...x, 0), Math.max(...x, 0)];
+  const share = (value) => (value / (high - low || 1)) * 100;
+  const zero = share(-low);
+  const bar = (value) => {
+    const fill = h("span", { class: value >= 0 ? "bar for" : "bar against" });
+    fill.style.width = `${share(Math.abs(value))}%`;
+    fill.style.left = `${value >= 0 ? zero : zero - share(-value)}%`;
+    const line = h("span", { class: "bar-zero" });
+    line.style.left = `${zero}%`;
+    return h("span", { class: "bar-box", "aria-hidden": "true" }, fill, line);
+  };
+  const rows = names.map((name, k) => h("tr", {}, h("th", { scope: "row" }, name), h("td", {}, bar(x[k])), h("td", { class: "number" }, text[k])));
+  const head = h("tr", {}, h("td", {}), h("td", {}), h("th", { scope: "col", class: "number" }, x_label));
+  return h("div", { class: "report-figure" }, h("h4", {}, title), h("table", { class: "bars" }, h("thead", {}, head), h("tbody", {}, rows)), h("p", { class: "caption" }, caption));
+}
+
+/** The finding on a loop; `tools` are buttons beside its name. */
+function headline(block, tools = []) {
+  const [kind, word] = VERDICTS[block.verdict];
+  return h("header", { class: `card verdict verdict-${kind}` },
+    h("div", { class: "row" }, h("h1", {}, block.name), chip(kind, word), tools),
+    h("p", { class: "lead" }, `${block.line}.`),
+    block.action ? h("p", {}, h("strong", {}, "What to do: "), block.action) : null,
+    h("p", { class: "note" }, block.confidence ? `${block.confidence}. ` : "", block.reason),
+    h("dl", { class: "facts" }, block.facts.map(([name, value]) => h("div", {}, h("dt", {}, name), h("dd", {}, value)))));
+}
+
+function definitions({ rows }) {
+  return h("table", { class: "definitions" }, h("tbody", {}, rows.map(([name, values]) => h("tr", {}, h("th", { scope: "row" }, name), h("td", {}, values.map((value) => h("div", {}, value)))))));
+}
+
 /** Draw one block. Returns {element, destroy()}. */
-export function drawBlock(block) {
+export function drawBlock(block, tools) {
   const keep = (element) => ({ element, destroy() {} });
+  if (block.type === "headline") return keep(headline(block, tools));
   if (block.type === "heading") return keep(h(`h${block.level + 1}`, {}, block.text));
-  if (block.type === "text") return keep(h("p", {}, block.text));
+  if (block.type === "text") return keep(h("p", { class: block.kind === "plain" ? null : block.kind }, block.text));
+  if (block.type === "definitions") return keep(definitions(block));
   if (block.type === "table") return keep(table(block));
+  if (block.type === "bars") return keep(bars(block));
   if (block.type === "figure") return figure(block);
-  const parts = block.blocks.map(drawBlock);
-  return { element: h("div", { class: "columns" }, parts.map((part) => part.element)), destroy: () => parts.forEach((part) => part.destroy()) };
+  const parts = block.blocks.map((one) => drawBlock(one));
+  const destroy = () => parts.forEach((part) => part.destroy());
+  const elements = parts.map((part) => part.element);
+  if (block.type === "collapsible") return { element: h("details", {}, h("summary", {}, block.title), elements), destroy };
+  return { element: h("div", { class: "columns" }, elements), destroy };
 }
