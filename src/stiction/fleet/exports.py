@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from stiction.errors import RecordError
 
@@ -92,6 +92,7 @@ def _write_excel(frame: pl.DataFrame, target: Path | BytesIO) -> None:
     names = {name: name.replace("_", " ") for name in frame.columns}
     colours = {"type": "2_color_scale", "min_color": "#FFFFFF", "max_color": "#E0776B"}
     coloured = [name for name in ("priority", "probability", "severity") if name in names and frame.height]
+    widths: Any = {head: 420 if name in ("reason", "action") else 100 for name, head in names.items()}
     options = {"strings_to_formulas": False, "strings_to_urls": False, "in_memory": not isinstance(target, Path)}
     with xlsxwriter.Workbook(str(target) if isinstance(target, Path) else target, options) as book:
         frame.rename(names).with_columns(pl.col(pl.String).str.head(MAX_CELL)).write_excel(
