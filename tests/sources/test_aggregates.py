@@ -26,7 +26,7 @@ def rows(*columns):
     return [",".join(map(str, row)) for row in zip(*columns, strict=True)]
 
 
-def check(record, middle=0.0):
+def check(record: st.LoopRecord, middle: float = 0.0):
     np.testing.assert_allclose(record.pv, PV + middle, atol=1e-9)
     np.testing.assert_allclose(record.op, OP + middle, atol=1e-9)
     assert (record.tag, record.dt) == ("FIC1", 5.0)
