@@ -45,7 +45,7 @@ def test_a_position_in_another_range_is_converted_where_op_shows_it(
     raw = raw_mv[0] + raw_mv[1] * mv
     [record] = read_text(table("time_s,OP,ZT", t, raw_op[0] + raw_op[1] * op, raw), **options)
     np.testing.assert_allclose(record.mv, mv if "signal of" in remedy else raw, rtol=1e-9)
-    assert any(f"{remedy}." in note for note in record.provenance.assumptions)
+    assert any(remedy in note for note in record.provenance.assumptions)
 
 
 def test_a_position_in_percent_is_no_guess(signals, table, read_text):
