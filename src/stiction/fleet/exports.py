@@ -98,7 +98,7 @@ def _write_excel(frame: pl.DataFrame, target: Path | BytesIO) -> None:
         frame.rename(names).with_columns(pl.col(pl.String).str.head(MAX_CELL)).write_excel(
             book,
             "Loops",
-            column_widths=dict.fromkeys(names.values(), 100) | dict.fromkeys(("reason", "action"), 420),
+            column_widths=widths,
             conditional_formats=dict.fromkeys(coloured, colours),
             float_precision=6,
             freeze_panes=(1, 1),
