@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as some
 
 from stiction.diagnosis.identification import fit_controller
+from stiction.diagnosis.segment import judge_segment
 from stiction.models import FOPDT, PID, Ideal, Kano, Loop
 from stiction.records import LoopRecord, assess_quality
 from stiction.records.quality.moving_average import _has_notches, detect_averaging_window
@@ -109,7 +110,7 @@ def test_an_averaged_loop_has_its_gate_and_keeps_the_controllers_law(window, loo
     for raw in loops:
         record = smoothed(raw, window)
         assert not next((gate for gate in assess_quality(raw).checks if gate.name == "moving average"), None)
-        found = fit_controller(record)
+        found = fit_controller(judge_segment(record))
         assert found.unexplained < 1e-6  # the controller's law holds as before
         for period in (None, 60.0, 1000.0):
             gate = next(gate for gate in assess_quality(record, period).checks if gate.name == "moving average")
