@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-__all__ = ["Provenance"]
+__all__ = ["UNKNOWN_UNIT", "Provenance"]
+
+UNKNOWN_UNIT = "an unknown unit"
+"""Unit of an OP that may or may not be in %."""
 
 
 @dataclass(frozen=True, slots=True)
