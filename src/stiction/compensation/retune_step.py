@@ -34,8 +34,8 @@ if TYPE_CHECKING:
 __all__ = ["retune_step"]
 
 KC_STEP, TI_STEP = 1.4, 1.5
-"""Factors on Kc and Ti [-]: on 31 simulated loops with S of 2 to 6 %, noise and loads they lower the PV deviation in 29,
-by 5 % on average (`tests/compensation/test_retune_step.py`)."""
+"""Factors on Kc and Ti [-]. On 31 simulated loops with S of 2 to 6 %, noise and loads, the PV deviation falls in 29,
+and by 5 % on average (see `tests/compensation/test_retune_step.py`)."""
 MAX_MS, MAX_MS_RISE = 2.0, 1.5
 """Maximum sensitivity up to which the step is taken [-], and by which factor on the present one if that is larger [-]:
 the process gain of a twin may be wrong by half."""
