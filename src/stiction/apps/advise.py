@@ -6,9 +6,9 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from stiction.apps.failure import Failure, program_fault
+from stiction.apps.failure import Failure, try_each
 from stiction.apps.options import option_text
-from stiction.errors import ParameterError, RecordError, StictionError
+from stiction.errors import ParameterError, RecordError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -71,12 +71,12 @@ def advise_file(
     ParameterError
         When the file holds several loops and an option is for one loop only.
     """
-    from stiction import diagnose, read
+    import stiction
     from stiction.apps.output import print_err, print_out, track
     from stiction.records import summarise
 
     try:
-        records = read(file, **options)
+        records = stiction.read(file, **options)
     except RecordError as error:
         return [], [Failure(file, None, error.text(option_text))]
     if single and len(records) > 1:
@@ -85,24 +85,9 @@ def advise_file(
             f"{single[0]} is for one loop, but {file} contains {len(records)} loops ({tags}); choose one with --tag."
         )
     (print_err if as_json else print_out)(summarise(records).summary())
-    diagnoses: list[Diagnosis] = []
-    failures: list[Failure] = []
-    for record in track(records, "Diagnosing"):
-        try:
-            diagnoses.append(diagnose(record))
-        except StictionError as error:
-            failures.append(Failure(file, record.tag, error.text(option_text)))
-        except Exception as error:
-            failures.append(program_fault(file, record.tag, error))
-    advices: list[Advice] = []
-    for found in diagnoses:
-        try:
-            advices.append(_advice(file, found, _run_trial(found, controller, settings)))
-        except StictionError:
-            raise
-        except Exception as error:
-            failures.append(program_fault(file, found.record.tag, error))
-    return advices, failures
+    diagnoses, failures = try_each(track(records, "Diagnosing"), stiction.diagnose)
+    advices, more = try_each(diagnoses, lambda found: _advice(file, found, _run_trial(found, controller, settings)))
+    return advices, [failure._replace(file=file) for failure in (*failures, *more)]
 
 
 def advise_loop(loop: Loop, tag: str, settings: Mapping[str, Any]) -> Advice:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, field, fields
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from stiction.errors import ParameterError
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from typing import Self
 
-__all__ = ["Quantity", "ScreenSettings"]
+__all__ = ["Quantity", "ScreenSettings", "choice", "quantity"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +61,18 @@ class Quantity:
         return number
 
 
+def quantity(
+    default: float, label: str, unit: str, low: float, high: float, scale: str = "linear", *, group: str
+) -> Any:
+    """Return a field of `ScreenSettings` that holds a `Quantity`."""
+    return field(default=default, metadata={"quantity": Quantity(label, unit, low, high, scale, group)})
+
+
+def choice(default: str, choices: Mapping[str, str]) -> str:
+    """Return a field of `ScreenSettings` that holds one of `choices`: value -> name on the screen."""
+    return field(default=default, metadata={"choices": choices})
+
+
 @dataclass(frozen=True)
 class ScreenSettings:
     """Base of the settings of a screen; every field has a default and may be part of an address.
@@ -73,26 +85,31 @@ class ScreenSettings:
 
     SCREEN: ClassVar[str]
     """Name of the screen in messages."""
-    QUANTITIES: ClassVar[Mapping[str, Quantity]]
-    """Field -> what the number is."""
-    CHOICES: ClassVar[Mapping[str, Mapping[str, str]]]
-    """Field -> its values and their names on the screen."""
 
     def __post_init__(self) -> None:
-        for name, quantity in self.QUANTITIES.items():
-            object.__setattr__(self, name, quantity.check(getattr(self, name)))
-        for name, known in self.CHOICES.items():
-            if getattr(self, name) not in known:
-                raise ParameterError(f"{name} = {getattr(self, name)!r} is unknown; use one of {', '.join(known)}.")
+        for name, one in self.quantities().items():
+            object.__setattr__(self, name, one.check(getattr(self, name)))
+        for one in fields(self):
+            known = one.metadata.get("choices")
+            if known is not None and getattr(self, one.name) not in known:
+                raise ParameterError(
+                    f"{one.name} = {getattr(self, one.name)!r} is unknown; use one of {', '.join(known)}."
+                )
+
+    @classmethod
+    def quantities(cls) -> dict[str, Quantity]:
+        """Name in the address -> what the number is."""
+        return {one.name: one.metadata["quantity"] for one in fields(cls) if "quantity" in one.metadata}
+
+    @classmethod
+    def options(cls) -> dict[str, Any]:
+        """What the screen can move, and its example; JSON-ready."""
+        quantities = {name: asdict(one) for name, one in cls.quantities().items()}
+        return {"quantities": quantities, "example": asdict(cls())}
 
     @classmethod
     def from_mapping(cls, values: Mapping[str, Any]) -> Self:
-        """Make settings of the texts or numbers in an address or a message.
-
-        Parameters
-        ----------
-        values : mapping of str to str or number
-            Field -> value; a field that is not named keeps its default.
+        """Make settings of the texts or numbers in an address or a message; what is not named keeps its default.
 
         Raises
         ------
@@ -107,7 +124,3 @@ class ScreenSettings:
             if types[name] == "bool":
                 given[name] = str(given[name]).lower() in ("1", "true")
         return cls(**given)
-
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-ready form, as `from_mapping` takes it."""
-        return asdict(self)

@@ -2,7 +2,7 @@
 
 import { fetchFile, getJson, saveFile, sendJson, uploadFile } from "./api.js";
 import { columnTable } from "./column_table.js";
-import { announce, duration, h, number, problem } from "./dom.js";
+import { announce, counted, duration, h, number, problem } from "./dom.js";
 
 export const title = "Files";
 const POLL_MS = 250;
@@ -144,7 +144,7 @@ export async function render(root, { signal }) {
 function showReading(box, reading, options) {
   const { files, loops, error, failures, columns } = reading;
   const message = h("div", {});
-  const button = h("button", { class: "primary" }, reading.added ? "Show the loops" : `Diagnose ${loops.length === 1 ? "the loop" : `${loops.length} loops`}`);
+  const button = h("button", { class: "primary" }, reading.added ? "Show the loops" : `Diagnose ${loops.length === 1 ? "the loop" : counted(loops.length, "loop")}`);
   button.hidden = !loops.length;
   button.addEventListener("click", async () => {
     button.disabled = true;
