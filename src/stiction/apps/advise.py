@@ -108,7 +108,7 @@ def _run_trial(
     return replace(trial, tag=tag)
 
 
-def _advice(file: str | None, found: Diagnosis | None, trial: CompensationTrial) -> Advice:
+def _advice(file: str | None, diagnosis: Diagnosis | None, trial: CompensationTrial) -> Advice:
     from stiction import work_order
     from stiction.compensation import recommended_text
 
@@ -118,6 +118,6 @@ def _advice(file: str | None, found: Diagnosis | None, trial: CompensationTrial)
         # A control system cannot use settings for an OP in deviations or in another unit.
         if trial.twin.inputs is None or math.isfinite(low):
             text = recommended_text(trial, (max(low, 0.0), min(high, 100.0)))
-    if found is not None and found.verdict != "no_stiction":
-        order = work_order(found, trial).to_text()
-    return Advice(file, found, trial, text, order)
+    if diagnosis is not None and diagnosis.verdict != "no_stiction":
+        order = work_order(diagnosis, trial).to_text()
+    return Advice(file, diagnosis, trial, text, order)

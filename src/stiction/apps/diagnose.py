@@ -94,8 +94,8 @@ def diagnose_files(
     from stiction.diagnosis.verdict.decision import Costs
     from stiction.records import summarise
 
-    found = read_sources(files, options)
-    records, failures = found.records, found.failures
+    contents = read_sources(files, options)
+    records, failures = contents.records, contents.failures
     if records:
         (print_err if as_json else print_out)(summarise(records).summary())
     settings = {"prior": judgement["prior"], "costs": Costs(*judgement["costs"])}

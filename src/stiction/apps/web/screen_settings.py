@@ -87,24 +87,24 @@ class ScreenSettings:
     """Name of the screen in messages."""
 
     def __post_init__(self) -> None:
-        for name, one in self.quantities().items():
-            object.__setattr__(self, name, one.check(getattr(self, name)))
-        for one in fields(self):
-            known = one.metadata.get("choices")
-            if known is not None and getattr(self, one.name) not in known:
+        for name, setting in self.quantities().items():
+            object.__setattr__(self, name, setting.check(getattr(self, name)))
+        for setting in fields(self):
+            known = setting.metadata.get("choices")
+            if known is not None and getattr(self, setting.name) not in known:
                 raise ParameterError(
-                    f"{one.name} = {getattr(self, one.name)!r} is unknown; use one of {', '.join(known)}."
+                    f"{setting.name} = {getattr(self, setting.name)!r} is unknown; use one of {', '.join(known)}."
                 )
 
     @classmethod
     def quantities(cls) -> dict[str, Quantity]:
         """Name in the address -> what the number is."""
-        return {one.name: one.metadata["quantity"] for one in fields(cls) if "quantity" in one.metadata}
+        return {setting.name: setting.metadata["quantity"] for setting in fields(cls) if "quantity" in setting.metadata}
 
     @classmethod
     def options(cls) -> dict[str, Any]:
         """What the screen can move, and its example; JSON-ready."""
-        quantities = {name: asdict(one) for name, one in cls.quantities().items()}
+        quantities = {name: asdict(setting) for name, setting in cls.quantities().items()}
         return {"quantities": quantities, "example": asdict(cls())}
 
     @classmethod
@@ -116,7 +116,7 @@ class ScreenSettings:
         ParameterError
             When a name is unknown, or a value is no number or outside its limits.
         """
-        types = {one.name: one.type for one in fields(cls)}
+        types = {setting.name: setting.type for setting in fields(cls)}
         if unknown := sorted(set(values) - set(types)):
             raise ParameterError(f"{unknown[0]!r} is not a setting of {cls.SCREEN}; use one of {', '.join(types)}.")
         given = dict(values)
