@@ -7,6 +7,7 @@ from bench import Row, Section, median_time
 import stiction as st
 from stiction.diagnosis.identification.controller import fit_controller
 from stiction.diagnosis.identification.identify import identify_valve, search_record
+from stiction.diagnosis.segment import judge_segment
 
 PERIOD_S = 162.0
 """Period of the loop [s]; it is sampled every second."""
@@ -19,11 +20,12 @@ def identification() -> Section:
     for n in (1_000, 2_000):
         record = st.simulate(loop, 10.0, float(n), seed=1)
         op, pv, controller = record.op, record.pv, fit_controller(record)
+        segment = judge_segment(record, period=PERIOD_S)
         assert pv is not None
         search = median_time(lambda op=op, pv=pv: search_record(op, pv, PERIOD_S), repeats=5)
-        whole = median_time(lambda op=op, pv=pv, c=controller: identify_valve(op, pv, 1.0, PERIOD_S, c), repeats=5)
+        whole = median_time(lambda segment=segment, c=controller: identify_valve(segment, c), repeats=5)
         rows.append(Row(f"{n} samples, search of the valve", search * 1e3, "ms"))
         rows.append(Row(f"{n} samples, with process and intervals", whole * 1e3, "ms"))
-        found = identify_valve(op, pv, 1.0, PERIOD_S, controller)
+        found = identify_valve(segment, controller)
         notes.append(f"true S 3 %, J 1 %; found from {n} samples S {found.S:.2f} %, J {found.J:.2f} %")
     return Section("Identification of one loop", rows, tuple(notes))

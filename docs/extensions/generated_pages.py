@@ -28,6 +28,7 @@ ROOMS = {
     "stiction.diagnosis": "Diagnosis",
     "stiction.valvetests": "Valve tests",
     "stiction.compensation": "Remedies until the repair",
+    "stiction.export": "Models for other simulators",
     "stiction.fleet": "Many loops",
     "stiction.fleet.stiction_features": "Features for scikit-learn",
     "stiction.report": "Reports",

@@ -94,6 +94,7 @@ class StictionError(Exception):
 
     Examples
     --------
+    >>> from stiction.errors import RecordError, Setting
     >>> error = RecordError("no time column", remedy=("give ", Setting("dt"), " in seconds"), where="a.csv")
     >>> str(error), error.text(lambda setting: f"--{setting.name}")
     ('a.csv: no time column; give dt in seconds.', 'a.csv: no time column; give --dt in seconds.')
@@ -153,40 +154,58 @@ class StictionError(Exception):
 
 
 class ParameterError(StictionError, ValueError):
-    """A parameter lies outside its limits."""
+    """A parameter lies outside its limits.
+
+    Examples
+    --------
+    >>> import stiction as st
+    >>> st.Kano(S=-1.0, J=0.0)
+    Traceback (most recent call last):
+    stiction.errors.ParameterError: S = -1 % of span is negative; give a value of 0 or more.
+    """
 
 
 class RecordError(StictionError, ValueError):
-    """A file or a record cannot be used as asked."""
+    """A file or a record cannot be used as asked.
+
+    Examples
+    --------
+    >>> import stiction as st
+    >>> st.read("no-such-file.csv")
+    Traceback (most recent call last):
+    stiction.errors.RecordError: no-such-file.csv: no such file; check the name and the folder.
+    """
 
 
 class ConvergenceError(StictionError, RuntimeError):
-    """An iterative search did not settle."""
+    """An iterative search did not settle.
+
+    Examples
+    --------
+    >>> import stiction as st
+    >>> issubclass(st.ConvergenceError, RuntimeError)
+    True
+    """
 
 
 class MissingExtraError(StictionError, ImportError):
-    """An optional dependency is not installed."""
+    """An optional dependency is not installed.
+
+    Examples
+    --------
+    >>> import stiction as st
+    >>> issubclass(st.MissingExtraError, ImportError)
+    True
+    """
 
 
 def import_extra(module: str, extra: str) -> Any:
     """Import a module of an optional dependency, or say how to install it.
 
-    Parameters
-    ----------
-    module : str
-        Name of the module.
-    extra : str
-        Extra of the package that brings it.
-
-    Returns
-    -------
-    module
-        The module.
-
     Raises
     ------
     MissingExtraError
-        When it is not installed.
+        When it is not installed; the message has the pip line of the `extra` that brings it.
 
     Examples
     --------
@@ -338,32 +357,13 @@ def require_range(name: str, ends: tuple[float, float]) -> tuple[float, float]:
 
 
 def require_samples(name: str, seconds: float, dt: float) -> None:
-    """Refuse a length that needs too many samples.
-
-    Parameters
-    ----------
-    name : str
-        Name of the length, for the error.
-    seconds, dt : float
-        Length and sampling period [s].
-
-    Raises
-    ------
-    ParameterError
-        When that is more than `MAX_SAMPLES` samples.
-
-    Examples
-    --------
-    >>> require_samples("duration", 3600.0, 1.0)
-    """
+    """Refuse a length of more than `MAX_SAMPLES` samples; length and sampling period in s."""
     if seconds > MAX_SAMPLES * dt:
         raise ParameterError(
             f"{name} = {seconds:g} s is {seconds / dt:.4g} samples of {dt:g} s (limit {MAX_SAMPLES:,})",
             remedy=f"give at most {MAX_SAMPLES * dt:g} s, or a longer dt",
-            quantity=name,
-            value=seconds,
-            limit=MAX_SAMPLES * dt,
-        )
+            quantity=name, value=seconds, limit=MAX_SAMPLES * dt,
+        )  # fmt: skip
 
 
 def _to_float(name: str, value: float, unit: str) -> float:

@@ -10,7 +10,7 @@ import time
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
-from stiction.errors import StictionError
+from stiction.foreign_errors import data_error
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -139,9 +139,9 @@ def _run(function: Callable[..., Any], arguments: tuple[Any, ...]) -> tuple[bool
     """Whether a call succeeded, and its answer or its error."""
     try:
         return True, function(*arguments)
-    except StictionError as error:
-        return False, error
-    except Exception as error:
+    except BaseException as error:  # a panic of a library in Rust is no Exception
+        if (known := data_error(error)) is not None:
+            return False, known
         import traceback
 
         traceback.print_exc()

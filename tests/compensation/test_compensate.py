@@ -152,10 +152,13 @@ SHUT_IN = LoopState("shut_in", 0.0, 2500.0, 1.0, {"pv": 0.3, "op_start": 40.0, "
 )
 def test_no_advice_where_there_is_no_ground_for_it(diagnosis, change, reason):
     change = dict(change)
-    controller, name = change.pop("controller", None), change.pop("check", None)
+    controller, name, state = (change.pop(key, None) for key in ("controller", "check", "loop_state"))
     source = replace(diagnosis, **change)
+    if state:
+        source = replace(source, segment=replace(source.segment, loop_state=state))
     if name:
-        source = replace(source, quality=replace(source.quality, checks=(*source.quality.checks, warning(name))))
+        quality = replace(source.quality, checks=(*source.quality.checks, warning(name)))
+        source = replace(source, segment=replace(source.segment, quality=quality))
     said = st.compensate(source, controller=controller, seeds=1)
     assert said.refused
     assert said.recommended is None

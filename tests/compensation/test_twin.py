@@ -21,9 +21,10 @@ from stiction.compensation.twin import (
     _compare_cycles,
     _describe_changes,
     _wrong_action_text,
-    analysed_segment,
     twin_of_loop,
 )
+from stiction.diagnosis.identification import fit_controller
+from stiction.diagnosis.segment import judge_segment
 from stiction.models import SOPDT
 
 PID = st.PID(0.2, 10.0, op_limits=(0.0, 100.0))
@@ -36,6 +37,10 @@ def recorded(loop: st.Loop, n: int, sp=50.0) -> st.LoopRecord:
     kick[:40] = 2.0
     record = st.simulate(loop, sp, float(n), kick, 3, pv_start=50.0, op_start=50.0)
     return st.LoopRecord("FIC-1", 1.0, op=record.op, pv=record.pv, sp=record.sp, loop_type="flow")
+
+
+def controller_of(record: st.LoopRecord) -> tuple[st.PID, bool]:
+    return controller_from_record(judge_segment(record), fit_controller(record))
 
 
 @pytest.fixture(scope="module")
@@ -103,8 +108,9 @@ def test_no_controller_is_said(diagnosis):
     """An OP that no PI explains."""
     rng = np.random.default_rng(0)
     record = replace(diagnosis.record, op=50.0 + np.cumsum(rng.normal(size=len(diagnosis.record))) * 0.1)
+    other = replace(diagnosis, segment=judge_segment(record), controller=fit_controller(record))
     with pytest.raises(st.RecordError, match="give the controller with its Kc and Ti"):
-        build_twin(replace(diagnosis, record=record))
+        build_twin(other)
 
 
 def test_moving_set_point_is_followed(diagnosis):
@@ -175,7 +181,7 @@ def test_given_parameters_are_their_own_twin():
 def test_an_op_in_deviations_has_no_limits(diagnosis):
     """An OP written about its mean: a controller limited to 0..100 % would be clipped at every swing."""
     record = diagnosis.record
-    shifted = replace(diagnosis, record=replace(record, op=record.op - record.op.mean()))
+    shifted = replace(diagnosis, segment=judge_segment(replace(record, op=record.op - record.op.mean())))
     twin = build_twin(shifted)
     assert twin.fits
     assert twin.loop.controller.op_limits == (-np.inf, np.inf)
@@ -187,7 +193,7 @@ def test_derivative_behind_a_lag_is_found():
     true = st.PID(0.15, 12.0, Td=4.0, N=8.0, c=0.0, op_limits=(0.0, 100.0))
     loop = replace(LOOP, controller=true)
     sp = 50.0 + np.repeat(np.random.default_rng(4).normal(0.0, 1.0, 25), 100)
-    pid, exact = controller_from_record(recorded(loop, 2500, sp))
+    pid, exact = controller_of(recorded(loop, 2500, sp))
     assert exact
     assert (pid.b, pid.c) == (1.0, 0.0)
     assert pytest.approx((0.15, 12.0, 4.0, 8.0), rel=0.02) == (pid.Kc, pid.Ti, pid.Td, pid.N)
@@ -217,7 +223,7 @@ def test_a_derivative_behind_a_lag_must_leave_much_less(left, taken, monkeypatch
     lagged_noise = st.PID(0.15, 12.0, Td=4.0, N=8.0)
     monkeypatch.setattr(page, "_fit_filtered_derivative", lambda *_: (lagged_noise, 1.0 - left, 0.95))
     loop = replace(LOOP, controller=st.PID(0.15, 12.0, Td=4.0, op_limits=(0.0, 100.0)))
-    assert (controller_from_record(recorded(loop, 2500))[0] is lagged_noise) is taken
+    assert (controller_of(recorded(loop, 2500))[0] is lagged_noise) is taken
 
 
 def test_of_few_cycles_noise_keeps_no_step():
@@ -334,7 +340,7 @@ def test_the_twin_is_of_the_part_that_was_analysed():
     op = record.op.copy()
     op[:1000] = op[0]
     found = st.diagnose(replace(record, op=op, auto=np.arange(3000) >= 1000))
-    segment = analysed_segment(found)
+    segment = found.segment.part
     assert len(segment) == found.identification.mv.size <= 2000
     assert np.array_equal(segment.op, record.op[found.quality.first : found.quality.last])
 
@@ -349,13 +355,12 @@ def test_a_process_that_was_not_identified_is_not_blamed_on_a_given_controller()
 def test_a_controller_must_explain_nine_tenths_of_the_op(explained, taken, monkeypatch):
     page = importlib.import_module("stiction.compensation.controller_from_record")
     record = recorded(replace(LOOP, controller=st.PID(0.15, 12.0, op_limits=(0.0, 100.0))), 2500)
-    found = replace(page.fit_controller(record), explained=explained)
-    monkeypatch.setattr(page, "fit_controller", lambda _: found)
+    segment, found = judge_segment(record), replace(fit_controller(record), explained=explained)
     monkeypatch.setattr(page, "_fit_filtered_derivative", lambda *_: (None, 0.0, 0.0))
     if taken:
-        assert controller_from_record(record)[0].Kc == pytest.approx(0.15, rel=1e-3)
+        assert controller_from_record(segment, found)[0].Kc == pytest.approx(0.15, rel=1e-3)
     else:
         with pytest.raises(
             st.RecordError, match=r"no controller explains OP \(the best explains 90 % of its movement, 90 % are needed"
         ):
-            controller_from_record(record)
+            controller_from_record(segment, found)

@@ -17,6 +17,7 @@ from stiction.compensation.repair import residual_stiction
 from stiction.compensation.shop_tests import acceptance_criteria, plan_acceptance_test, plan_confirmation_tests
 from stiction.compensation.suspect_parts import rank_suspects
 from stiction.compensation.work_order import work_order
+from stiction.diagnosis.oscillation import find_oscillation
 from stiction.errors import ParameterError
 from stiction.records import LoopRecord
 
@@ -105,8 +106,7 @@ def test_a_sticky_valve(run):
 
 
 def test_reversals_a_day_follow_from_the_period(run):
-    told = diagnosis(run=run)
-    told = replace(told, oscillation=replace(told.oscillation, oscillating=True, period=60.0))
+    told = diagnosis(run=run, oscillation=replace(find_oscillation(run), oscillating=True, period=60.0))
     assert "about 2900 reversals of the stem a day" in work_order(told).to_text()
 
 

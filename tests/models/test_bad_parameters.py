@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as hs
 
 import stiction as st
+from stiction.models import StateSpace
 from stiction.models.positioner import Positioner
 
 WRONG = hs.one_of(
@@ -91,9 +92,9 @@ PROCESSES = [
     (lambda: st.FOPDT(math.inf, 1.0), "K must be a finite number"),
     (lambda: st.SOPDT(1.0, 1.0, -1.0), "tau2 = -1 s is negative"),
     (lambda: st.Integrating("K"), "K must be a number"),
-    (lambda: st.StateSpace([[1.0, 2.0]], [1.0], [1.0]), "do not fit"),
-    (lambda: st.StateSpace([["a"]], [1.0], [1.0]), "not an array of numbers"),
-    (lambda: st.StateSpace([[math.nan]], [1.0], [1.0]), "not finite"),
+    (lambda: StateSpace([[1.0, 2.0]], [1.0], [1.0]), "do not fit"),
+    (lambda: StateSpace([["a"]], [1.0], [1.0]), "not an array of numbers"),
+    (lambda: StateSpace([[math.nan]], [1.0], [1.0]), "not finite"),
 ]
 
 

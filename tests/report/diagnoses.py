@@ -12,10 +12,12 @@ from stiction.diagnosis.identification.result import Identification, LikelihoodS
 from stiction.diagnosis.loop_state import LoopState
 from stiction.diagnosis.oscillation import find_oscillation
 from stiction.diagnosis.result import Evidence
+from stiction.diagnosis.segment import JudgedSegment
 from stiction.diagnosis.verdict.causes import OscillationCause
 from stiction.diagnosis.verdict.diagnosis import Diagnosis
 from stiction.diagnosis.verdict.model import Contribution
 from stiction.records.assess import assess_quality
+from stiction.records.conditioned import condition
 from stiction.records.record import Provenance
 
 
@@ -88,16 +90,20 @@ def diagnosis(n=2000, verdict="stiction", found=True, probability=None, run=None
     default = {"stiction": 0.94, "no_stiction": 0.06, "undecided": 0.5}[verdict]
     cause = {"stiction": (0.9, 0.1), "no_stiction": (0.05, 0.8), "undecided": (0.4, 0.4)}[verdict]
     values = {
-        "record": run,
         "verdict": verdict,
         "probability": default if probability is None else probability,
-        "loop_state": LoopState("in_control", 0.0, run.duration),
-        "oscillation": find_oscillation(run),
         "oscillation_cause": OscillationCause(*cause, 0.1, 0.02, 0.01),
-        "quality": assess_quality(run, period=180.0),
         "evidence": EVIDENCE,
         "identification": identification(run) if found else None,
         "contributions": CONTRIBUTIONS if found else (),
         "settings": {"model": "Kano"},
     }
-    return Diagnosis(**{**values, **more})
+    segment = {
+        "record": run,
+        "signals": condition(run),
+        "loop_state": LoopState("in_control", 0.0, run.duration),
+        "oscillation": find_oscillation(run),
+        "quality": assess_quality(run, period=180.0),
+    }
+    segment |= {name: more.pop(name) for name in list(more) if name in segment}
+    return Diagnosis(JudgedSegment(**segment), **{**values, **more})

@@ -29,15 +29,21 @@ IN_PERCENT = re.compile(
 
 @pytest.fixture(scope="module")
 def found(tmp_path_factory):
-    """A sticky loop stored with OP from 0 to 1, read as it is and with its range."""
+    """A sticky loop stored with OP from 4 to 20 without a unit, read as it is and with its range."""
     run = record(measured=True)
-    file = tmp_path_factory.mktemp("plant") / "fraction.csv"
-    columns = {"time": run.time, "SP": run.sp, "PV": run.pv, "OP": run.op / 100.0, "valve position": run.mv / 100.0}
+    file = tmp_path_factory.mktemp("plant") / "current.csv"
+    columns = {
+        "time": run.time,
+        "SP": run.sp,
+        "PV": run.pv,
+        "OP": 4 + 0.16 * run.op,
+        "valve position": 4 + 0.16 * run.mv,
+    }
     table = np.column_stack(list(columns.values()))
     np.savetxt(file, table, fmt="%.9g", delimiter=",", header=",".join(columns), comments="")
     return {
         unit: st.diagnose(st.read(file, op_range=given, loop_type="flow")[0])
-        for unit, given in (("OP units", None), ("% of span", (0, 1)))
+        for unit, given in (("OP units", None), ("% of span", (4, 20)))
     }
 
 
@@ -69,8 +75,8 @@ def test_the_same_record_with_its_range_is_in_percent(found, tmp_path):
 
 
 def test_both_are_one_valve(found):
-    fraction, percent = (found[unit].identification for unit in ("OP units", "% of span"))
-    assert pytest.approx(percent.S, rel=0.05) == 100.0 * fraction.S
+    current, percent = (found[unit].identification for unit in ("OP units", "% of span"))
+    assert pytest.approx(percent.S, rel=0.05) == 6.25 * current.S
 
 
 @pytest.mark.parametrize("unit", ["OP units", "% of span"])

@@ -108,7 +108,13 @@ def test_loops_without_a_period_and_files_not_diagnosed_come_last_either_way(tmp
     loops = [diagnosis(400, run=record(400, tag=tag)) for tag in ("FIC-1", "FIC-2", "FIC-3")]
     rhythms = ((False, 1.0, 9.0), (True, 9.0, 1.0), (True, 60.0, 2.0))
     loops = [
-        replace(loop, oscillation=replace(loop.oscillation, oscillating=cycles, period=period, amplitude_op=swing))
+        replace(
+            loop,
+            segment=replace(
+                loop.segment,
+                oscillation=replace(loop.oscillation, oscillating=cycles, period=period, amplitude_op=swing),
+            ),
+        )
         for loop, (cycles, period, swing) in zip(loops, rhythms, strict=True)
     ]
     page = visit(write_report(loops, tmp_path / "some.html", failures=[("b.csv", "no such file.")]))

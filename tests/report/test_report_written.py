@@ -146,7 +146,7 @@ def test_text_from_files_is_escaped(tmp_path):
     evil = "</script><script>alert(1)</script><b>"
     origin = Provenance(evil, evil, {"op": evil}, (evil,), 5, 0, pv_unit=evil)
     evidence = tuple(replace(one, why=evil) for one in diagnosis().evidence)
-    bad = replace(diagnosis(), record=replace(record(), tag=evil, provenance=origin), evidence=evidence)
+    bad = diagnosis(run=replace(record(), tag=evil, provenance=origin), evidence=evidence)
     for some in ([bad], [bad, replace(bad, verdict="undecided")]):
         text = write_report(some, tmp_path / "r.html", title=evil, settings={evil: evil}).read_text(encoding="utf-8")
         assert "alert(1)</script>" not in text

@@ -11,6 +11,7 @@ import stiction as st
 from report.diagnoses import diagnosis, identification, record
 from stiction.diagnosis.identification.dead_zone import DeadZone
 from stiction.diagnosis.loop_state import HEADLINES
+from stiction.diagnosis.oscillation import find_oscillation
 from stiction.diagnosis.verdict.causes import OscillationCause
 from stiction.report import labels
 
@@ -61,7 +62,7 @@ def test_a_dead_zone_without_an_oscillation(op_reversals, confidence):
         run=run,
         identification=identification(run, dead_zone=zone),
         oscillation_cause=OscillationCause(0.0, 0.0, 0.0, 0.0, 0.9),
+        oscillation=replace(find_oscillation(run), oscillating=False),
     )
-    found = replace(found, oscillation=replace(found.oscillation, oscillating=False))
     assert labels.headline(found).endswith("likely cause of the poor control: dead zone at a fixed OP")
     assert labels.confidence_text(found).startswith(confidence)

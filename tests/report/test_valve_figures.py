@@ -216,4 +216,4 @@ def test_a_regularity_at_its_upper_limit_is_shown_as_a_limit():
     found = diagnosis()
     for regularity, text in ((10.0, "regularity 10 or more ("), (3.2, "regularity 3.2 (")):
         oscillation = replace(found.oscillation, regularity=regularity)
-        assert text in figure_of(figures.autocorrelation, replace(found, oscillation=oscillation)).caption
+        assert text in figure_of(figures.autocorrelation, diagnosis(oscillation=oscillation)).caption

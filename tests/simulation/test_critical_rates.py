@@ -12,12 +12,18 @@ from tests.reference import physical as reference
 
 import stiction as st
 from stiction.models.parameter_sets import nominal, published_valve, table1_reading_a, table1_reading_b
-from stiction.simulation.critical_rates import inertial_rate, ramp_behaviour, stribeck_rates
+from stiction.simulation.critical_rates import (
+    behaviour_map,
+    critical_rate,
+    inertial_rate,
+    ramp_behaviour,
+    stribeck_rates,
+)
 
 
 @pytest.mark.parametrize("row", reference.CRITICAL, ids=lambda row: row.case)
 def test_published_thresholds(row):
-    found = st.critical_rate(published_valve(row.given["set"]))
+    found = critical_rate(published_valve(row.given["set"]))
     assert 0.18 * found.rate == pytest.approx(row.expected["psi_per_s"], rel=row.tolerance)
     assert found.mechanism == row.expected["mechanism"]
 
@@ -38,7 +44,7 @@ def test_inertial_closed_form_against_simulation():
     for zeta in (0.05, 0.2, 0.5):
         valve = table1_reading_a(stribeck_velocity="1e-6 in/s", velocity_tolerance="1e-7 in/s")
         valve = replace(valve, viscous=2.0 * zeta * math.sqrt(valve.spring_rate * valve.mass), substep=2e-5)
-        found = st.critical_rate(valve)
+        found = critical_rate(valve)
         assert found.rate == pytest.approx(inertial_rate(valve), rel=0.01), zeta
 
 
@@ -61,7 +67,7 @@ def test_stribeck_threshold_lies_between(psi_per_s, kind):
 def test_no_excess_no_stairs():
     """Coulomb friction alone has a deadband but no stairs at any rate."""
     valve = replace(table1_reading_b(), static=table1_reading_b().coulomb)
-    found = st.critical_rate(valve)
+    found = critical_rate(valve)
     assert (found.rate, found.mechanism) == (0.0, "none")
     assert "No ramp" in found.summary()
     assert ramp_behaviour(valve, 0.05).kind == "follow"
@@ -70,19 +76,19 @@ def test_no_excess_no_stairs():
 def test_heavily_packed_valve_follows_every_ramp():
     """The nominal valve creeps away slowly instead of slipping: an unstable band of speeds, but no rest."""
     low, high = stribeck_rates(nominal())
-    found = st.critical_rate(nominal())
+    found = critical_rate(nominal())
     assert 0.0 < low < high
     assert (found.mechanism, found.stribeck_low, found.stribeck) == ("none", low, high)
 
 
 def test_lag_and_positioner_are_left_out():
-    plain = st.critical_rate(table1_reading_b())
-    assert st.critical_rate(table1_reading_b(lag=3.0, hold="linear")) == plain
+    plain = critical_rate(table1_reading_b())
+    assert critical_rate(table1_reading_b(lag=3.0, hold="linear")) == plain
 
 
 def test_map_agrees_with_its_boundaries():
     valve = table1_reading_a(stribeck_velocity="1e-4 in/s", velocity_tolerance="1e-5 in/s")
-    seen = st.behaviour_map(valve, rates=[5.0, 20.0, 80.0], damping=[0.05, 0.3, 0.9])
+    seen = behaviour_map(valve, rates=[5.0, 20.0, 80.0], damping=[0.05, 0.3, 0.9])
     assert seen.staircase.shape == seen.slip.shape == seen.stuck.shape == (3, 3)
     boundary = np.maximum(seen.inertial, seen.stribeck)
     clear = np.abs(np.log(seen.rates / boundary[:, np.newaxis])) > 0.15
@@ -93,7 +99,7 @@ def test_map_agrees_with_its_boundaries():
 
 def test_bad_input_is_told():
     with pytest.raises(st.ParameterError, match="Kano"):
-        st.critical_rate(st.Kano(3.0, 1.0))
+        critical_rate(st.Kano(3.0, 1.0))
     with pytest.raises(st.ParameterError, match="rate = -1"):
         ramp_behaviour(table1_reading_a(), -1.0)
     with pytest.raises(st.ParameterError, match=r"rate = 1e-06 .* give a faster ramp"):
@@ -102,4 +108,4 @@ def test_bad_input_is_told():
         with pytest.raises(st.ParameterError, match=r"rate = .* give a slower ramp"):
             ramp_behaviour(table1_reading_a(), rate)
     with pytest.raises(st.ParameterError, match="rates"):
-        st.behaviour_map(table1_reading_a(), [0.0], [0.1])
+        behaviour_map(table1_reading_a(), [0.0], [0.1])

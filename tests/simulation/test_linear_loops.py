@@ -10,6 +10,7 @@ import pytest
 import scipy.signal
 
 import stiction as st
+from stiction.models import StateSpace
 from stiction.models.processes import as_process
 
 DT = 0.5
@@ -60,7 +61,7 @@ PROCESSES = [
     ("biproper", st.TransferFunction([3.0, 1.0], [8.0, 1.0], 1.5), control.tf([3.0, 1.0], [8.0, 1.0]), 3),
     (
         "state space",
-        st.StateSpace([[-0.2, 0.1], [0.0, -0.5]], [0.0, 1.0], [1.0, 0.2], dead_time=1.0),
+        StateSpace([[-0.2, 0.1], [0.0, -0.5]], [0.0, 1.0], [1.0, 0.2], dead_time=1.0),
         control.ss([[-0.2, 0.1], [0.0, -0.5]], [[0.0], [1.0]], [[1.0, 0.2]], [[0.0]]),
         2,
     ),

@@ -10,6 +10,7 @@ from tests.reference import physical as reference
 
 import stiction as st
 from stiction.models.parameter_sets import nominal, published_valve, table1_reading_a, table1_reading_b
+from stiction.simulation import phenomena_table
 
 
 def test_bands_by_hand():
@@ -87,7 +88,7 @@ def test_a_whole_number_of_samples_may_be_a_float():
 
 def test_phenomena_of_section_five():
     """The paper: the one-parameter model only stairs, the two-parameter one only follows, three show both."""
-    rows = {row.model: row for row in st.phenomena_table(table1_reading_a())}
+    rows = {row.model: row for row in phenomena_table(table1_reading_a())}
     shown = {name: (row.staircase, row.follow) for name, row in rows.items()}
     assert shown["Stenman"] == shown["He"] == shown["HeWang"] == (True, False)
     assert shown["Choudhury"] == shown["Kano"] == (False, True)
@@ -109,4 +110,4 @@ def test_phenomena_of_section_five():
 def test_phenomena_need_a_valve_that_can_stair():
     valve = table1_reading_a()
     with pytest.raises(st.ParameterError, match="has no critical rate"):
-        st.phenomena_table(replace(valve, static=valve.coulomb))
+        phenomena_table(replace(valve, static=valve.coulomb))

@@ -271,14 +271,16 @@ def test_unknown_mode_is_left_out_and_said_so(signals, table, read_text):
     assert any("mode" in guess for guess in record.provenance.assumptions)
 
 
-def test_op_scale_is_never_converted_on_suspicion(signals, table, read_text):
+def test_op_scale_is_converted_only_where_the_data_show_it(signals, table, read_text):
     t, pv, op, _ = signals
     text = table("time_s,PV,OP", t, pv, op / 100)
-    [record] = read_text(text)
-    np.testing.assert_array_equal(record.op, op / 100)
+    for options in ({}, {"op_range": (0, 1)}):
+        [record] = read_text(text, **options)
+        np.testing.assert_allclose(record.op, op, rtol=1e-14)
+        assert any("fraction" in guess for guess in record.provenance.assumptions) == (not options)
+    [record] = read_text(table("time_s,PV,OP", t, pv, op / 2000))  # a valve all but shut, or a fraction
+    np.testing.assert_array_equal(record.op, op / 2000)
     assert any("fraction" in guess and "op_range" in guess for guess in record.provenance.assumptions)
-    [record] = read_text(text, op_range=(0, 1))
-    np.testing.assert_allclose(record.op, op, rtol=1e-14)
 
 
 def test_op_in_fraction_by_its_unit_is_converted(signals, table, read_text):

@@ -44,12 +44,12 @@ def test_an_output_in_milliamperes_comes_to_percent(signals, grafana, read_text)
     assert any("4 mA are taken as 0 %" in note for note in record.provenance.assumptions)
 
 
-@pytest.mark.parametrize("other", [" mbar", ""])
+@pytest.mark.parametrize("other", [" mm", ""])
 @pytest.mark.parametrize("row", [3, 115])
 def test_a_column_of_mixed_units_is_refused(other, row, signals, grafana, read_text):
     pv = signals[1].tolist()
     text = grafana(" bar", " %").replace(f",{pv[row]!r} bar", f",{pv[row]!r}{other}", 1)
-    where = "1 in mbar" if other else "1 without a unit"
+    where = "1 in mm" if other else "1 without a unit"
     with pytest.raises(RecordError, match=rf"column FIC-1.PV: mixes units \(119 in bar, {where}\); export .* in one"):
         read_text(text)
 
@@ -64,7 +64,12 @@ def test_a_long_table_has_the_units_of_each_tag(signals, read_text):
     [record] = read_text("\n".join(["Tag,Time,Value", *rows]))
     np.testing.assert_allclose(record.op, op, rtol=1e-12)
     assert record.provenance.pv_unit == "bar"
-    rows[20] = rows[20].replace("bar", "mbar")
+    value = float(rows[20].split(",")[2].removesuffix(" bar"))
+    rows[20] = rows[20].replace(f"{value!r} bar", f"{1000.0 * value!r} mbar")
+    [record] = read_text("\n".join(["Tag,Time,Value", *rows]))
+    np.testing.assert_allclose(record.pv, pv, rtol=1e-12)
+    assert "FIC-1.PV: 1 value in mbar was converted to bar." in record.provenance.assumptions
+    rows[20] = rows[20].replace("mbar", "mm")
     with pytest.raises(RecordError, match=r"FIC-1.PV: mixes units"):
         read_text("\n".join(["Tag,Time,Value", *rows]))
 

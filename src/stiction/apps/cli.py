@@ -4,7 +4,6 @@ Exit codes: 0 nothing found, 1 findings, 2 wrong usage, 3 a problem with data; 7
 interrupted, 141 the output was closed, 143 terminated.
 """
 
-import errno
 import logging
 import os
 import re
@@ -17,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from stiction import __version__
 from stiction.errors import ParameterError, StictionError
+from stiction.scratch import remove_abandoned
 
 if TYPE_CHECKING:
     from cyclopts import App, CycloptsError, Token
@@ -55,6 +55,11 @@ VERBS = {
         "",
         "List the limit cycles of a sticky loop.",
     ),
+    "export": (
+        "stiction.apps.export:export",
+        "MODEL",
+        "Write a valve or a compensator as FMU, C, Modelica or MATLAB.",
+    ),
     "paper": ("stiction.apps.paper:paper", "", "Show the paper's tables and figures, as printed and corrected."),
     "benchmark": ("stiction.apps.benchmark:benchmark", "[FOLDER]", "Compare verdicts with the labels of a folder."),
     "doctor": ("stiction.apps.doctor:doctor", "", "Show what is installed and what is missing."),
@@ -63,9 +68,6 @@ VERBS = {
 
 GROUPS = {"valve-test": "Plan a ramp or step test of a valve, or analyse its record."}
 """First word of the commands with two words -> what they do."""
-
-DISK_FULL_ERRNOS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-"""Error numbers of a full disk or an exceeded quota."""
 
 HELP = "From friction physics to a verdict on a recorded control loop: does the valve stick, and how badly?"
 EPILOGUE = "Exit codes: 0 nothing found, 1 findings, 2 wrong usage, 3 a problem with data or files."
@@ -133,6 +135,7 @@ def _run(tokens: list[str]) -> int:
     from cyclopts import CycloptsError
 
     _attach_logger()
+    remove_abandoned()
     try:
         code = _app(tokens)(tokens, exit_on_error=False, print_error=False, result_action="return_value")
         sys.stdout.flush()
@@ -150,18 +153,24 @@ def _run(tokens: list[str]) -> int:
         if not isinstance(left.__context__, BrokenPipeError):
             raise
         return 141
-    except OSError as error:
-        if error.errno not in DISK_FULL_ERRNOS:
-            return _report_fault(error)
-        _drop_output()
-        return _exit_with(f"the output cannot be written: {error.strerror}; free some space or write elsewhere.", 3)
-    except MemoryError:
-        return _exit_with(
-            "there is not enough memory; give a shorter duration, a longer sampling period or a shorter file.", 2
-        )
-    except Exception as error:
-        return _report_fault(error)
+    except BaseException as error:  # a panic of a library in Rust is no Exception
+        return _exit_for_any(error)
     return code if isinstance(code, int) else 0
+
+
+def _exit_for_any(error: BaseException) -> int:
+    """Report what the data or the machine caused as a problem with data, and anything else as a fault."""
+    from stiction.apps.options import option_text
+    from stiction.foreign_errors import DISK_FULL_ERRNOS, data_error
+
+    if isinstance(error, OSError) and error.errno in DISK_FULL_ERRNOS:
+        _drop_output()
+        return _exit_with(f"the disk is full ({error.strerror}); free some space or write elsewhere.", 3)
+    if (known := data_error(error)) is not None:
+        return _exit_with(known.text(option_text), 3)
+    if not isinstance(error, Exception):
+        raise error
+    return _report_fault(error)
 
 
 def _drop_output() -> None:

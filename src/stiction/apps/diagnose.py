@@ -1,7 +1,7 @@
 """``stiction diagnose``: verdicts for recorded loops."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
@@ -9,6 +9,9 @@ from stiction.apps.failure import traceback_text, try_each
 from stiction.apps.options import JsonOption, ReportOption, reject_misplaced_options
 from stiction.apps.reading_options import SOURCES, ReadingOptions, read_sources
 from stiction.errors import ParameterError, RecordError
+
+if TYPE_CHECKING:
+    from stiction.diagnosis import Diagnosis
 
 __all__ = ["diagnose", "diagnose_files"]
 
@@ -24,6 +27,7 @@ def diagnose(
     reading: ReadingOptions = ReadingOptions(),  # noqa: B008 (frozen)
     prior: float = 0.25,
     costs: tuple[float, float, float] = (1.0, 1.0, 0.2),
+    export_twin: Annotated[str | None, Parameter(name="--export-twin", negative="")] = None,
 ) -> int:
     """Find out for each loop whether its valve sticks, how much, with what probability, and what to do.
 
@@ -48,6 +52,9 @@ def diagnose(
         Cost of a false alarm, of a missed sticky valve, and of an open question: three numbers in any unit; 1 1
         0.2 when not given. The verdict is "undecided" where either answer is expected to cost more than an open
         question.
+    export_twin
+        FMU to write for one loop: valve, process and controller as identified, with the intervals of S and J as the
+        ranges of these parameters.
     """
     reject_misplaced_options(files, diagnose)
     if not files:
@@ -75,7 +82,11 @@ def diagnose(
                 f"--report writes HTML, but {target.name} does not end in .html or .htm; give a name that does."
             )
     judgement = {"prior": prior, "costs": costs}
-    return diagnose_files(files, options, judgement, target, as_json=as_json, explain=explain)
+    if export_twin is not None:
+        from stiction.export import check_new_file
+
+        check_new_file(export_twin)
+    return diagnose_files(files, options, judgement, target, as_json=as_json, explain=explain, twin=export_twin)
 
 
 def diagnose_files(
@@ -86,6 +97,7 @@ def diagnose_files(
     *,
     as_json: bool,
     explain: bool,
+    twin: str | None = None,
 ) -> int:
     """Read, diagnose, print and write; return the exit code."""
     import stiction
@@ -122,4 +134,15 @@ def diagnose_files(
         left = [(failure.tag or failure.file, failure.reason) for failure in failures]
         path = write_report(diagnoses, target, settings={**options, **judgement}, failures=left)
         (print_err if as_json else print_out)(f"Report: {path}{replaced}")
+    if twin is not None:
+        (print_err if as_json else print_out)(_export_twin(diagnoses, twin))
     return int(any(diagnosis.verdict == "stiction" for diagnosis in diagnoses))
+
+
+def _export_twin(diagnoses: list["Diagnosis"], path: str) -> str:
+    """Write the identified loop as an FMU; return what was written."""
+    from stiction.export import export_fmu
+
+    if len(diagnoses) > 1:
+        raise ParameterError(f"--export-twin writes one loop, but {len(diagnoses)} were diagnosed; give one of them.")
+    return export_fmu(diagnoses[0], path).summary()

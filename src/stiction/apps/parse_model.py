@@ -27,6 +27,7 @@ __all__ = [
     "parse_process",
     "parse_value",
     "parse_valve",
+    "parse_valve_or_compensator",
     "split_spec",
 ]
 
@@ -128,6 +129,31 @@ def parse_compensator(spec: str | Mapping[str, Any]) -> Compensator:
     makers = {re.sub(r"(?<!^)(?=[A-Z])", "-", name).lower(): getattr(compensators, name) for name in classes}
     name, given = split_spec("compensator", spec)
     return build_model("compensator", name, makers, given)
+
+
+def parse_valve_or_compensator(spec: str) -> Valve | Compensator:
+    """Make a valve, or a compensator where the name is that of one.
+
+    Parameters
+    ----------
+    spec : str
+        The text.
+
+    Raises
+    ------
+    ParameterError
+        When the name or a parameter is unknown, missing or outside its limits.
+
+    Examples
+    --------
+    >>> parse_valve_or_compensator("stenman:d=2").d, parse_valve_or_compensator("integral-deadband:band=1").band
+    (2.0, 1.0)
+    """
+    from stiction.models import compensators
+
+    name = split_spec("model", spec)[0].replace("-", "")
+    known = {one.lower() for one in compensators.__all__}
+    return parse_compensator(spec) if name in known else parse_valve(spec)
 
 
 def parse_process(spec: str | Mapping[str, Any]) -> TransferFunction:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import signal
 import socket
+import threading
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
@@ -11,6 +14,10 @@ from stiction.apps.options import reject_misplaced_options
 from stiction.errors import MissingExtraError, ParameterError, RecordError
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    import uvicorn
+
     from stiction.apps.web.access import Access
     from stiction.apps.web.served_sources import ServedSources
 
@@ -105,8 +112,32 @@ def _run(access: Access, sources: ServedSources, listener: socket.socket) -> Non
             timeout_graceful_shutdown=2,
             ws_max_size=MAX_MESSAGE_BYTES,
         )
+        server = uvicorn.Server(config)
         try:
-            uvicorn.Server(config).run(sockets=[listener])
+            with _hang_up_ends(server):
+                server.run(sockets=[listener])
         except KeyboardInterrupt as interrupt:
             if type(interrupt) is not KeyboardInterrupt:
                 raise
+
+
+@contextmanager
+def _hang_up_ends(server: uvicorn.Server) -> Iterator[None]:
+    """End the server at SIGHUP too; uvicorn handles SIGINT and SIGTERM alone."""
+    number = getattr(signal, "SIGHUP", None)
+    if number is None or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    asked: list[int] = []
+
+    def end(received: int, _: object) -> None:
+        asked.append(received)
+        server.should_exit = True
+
+    before = signal.signal(number, end)
+    try:
+        yield
+    finally:
+        signal.signal(number, before)
+    if asked:
+        signal.raise_signal(number)

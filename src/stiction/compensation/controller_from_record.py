@@ -1,6 +1,6 @@
 """Identify the controller of a record: PI or PID, with set point weights and a filtered derivative.
 
-`fit_controller` finds the form with an unfiltered derivative. If it finds derivative action, or explains too little of
+The diagnosis finds the form with an unfiltered derivative. If it finds derivative action, or explains too little of
 OP, the moves of OP are fitted again by least squares with a filtered derivative,
 
     d(k) = a d(k-1) + (1 - a) (x(k) - x(k-1)) / dt,   a = Tf / (Tf + dt),
@@ -15,16 +15,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.identification.controller import fit_controller
 from stiction.diagnosis.identification.controller_forms import energy_of, moves
 from stiction.errors import RecordError
 from stiction.models import PID
-from stiction.records.gaps import forward_fill
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stiction.records.record import LoopRecord
+    from stiction.diagnosis.identification import ControllerFit
+    from stiction.diagnosis.segment import JudgedSegment
 
 __all__ = ["controller_from_record"]
 
@@ -38,13 +37,15 @@ MAX_RESIDUAL_RATIO = 0.7
 """Largest unexplained share with a filtered derivative, relative to that with an unfiltered one, to be accepted [-]."""
 
 
-def controller_from_record(record: LoopRecord) -> tuple[PID, bool]:
+def controller_from_record(segment: JudgedSegment, found: ControllerFit) -> tuple[PID, bool]:
     """Identify the controller of a record.
 
     Parameters
     ----------
-    record : LoopRecord
-        The analysed part of the record.
+    segment : JudgedSegment
+        The judged part of the record.
+    found : ControllerFit
+        The controller fitted to it, without a filtered derivative.
 
     Returns
     -------
@@ -57,8 +58,7 @@ def controller_from_record(record: LoopRecord) -> tuple[PID, bool]:
     RecordError
         When no controller explains the OP.
     """
-    found = fit_controller(record)
-    exact = found.exact
+    record, exact = segment.part, found.exact
     options = {"op_limits": _op_limits(record.op)}
     set_point_weights = {"b": 0.0 if found.form.startswith("I-P") else 1.0, "c": 0.0 if "-" in found.form else 1.0}
     pid, share = None, found.explained
@@ -67,7 +67,7 @@ def controller_from_record(record: LoopRecord) -> tuple[PID, bool]:
     elif found.Kc and found.Ti > 0.0 and found.Td >= 0.0:
         pid = PID(found.Kc, found.Ti, found.Td, **set_point_weights, **options)  # type: ignore[arg-type]
     if "D" in found.form or share < MIN_EXPLAINED_SHARE:
-        lagged, better, plain = _fit_filtered_derivative(record, options)
+        lagged, better, plain = _fit_filtered_derivative(segment, options)
         if lagged is not None and better >= MIN_EXPLAINED_SHARE and 1.0 - better < MAX_RESIDUAL_RATIO * (1.0 - plain):
             pid, share, exact = lagged, better, True
     if pid is None or share < MIN_EXPLAINED_SHARE:
@@ -87,14 +87,13 @@ def _op_limits(op: NDArray[np.float64]) -> tuple[float, float]:
     return (0.0, 100.0) if inside else (-np.inf, np.inf)
 
 
-def _fit_filtered_derivative(record: LoopRecord, options: dict) -> tuple[PID | None, float, float]:
+def _fit_filtered_derivative(segment: JudgedSegment, options: dict) -> tuple[PID | None, float, float]:
     """Return the best controller with a derivative, and the explained shares with and without a filter."""
     from scipy.signal import lfilter
 
-    assert record.pv is not None
-    op, pv = forward_fill(record.op, fill_start=True), forward_fill(record.pv, fill_start=True)
-    sp = np.full_like(pv, pv.mean()) if record.sp is None else forward_fill(record.sp, fill_start=True)
-    valid = np.isfinite(record.op) & np.isfinite(record.pv)
+    record, op, pv = segment.part, segment.op, segment.pv
+    sp = np.full_like(pv, pv.mean()) if record.sp is None else record.sp
+    valid = ~segment.signals.missing
     valid &= True if record.auto is None else record.auto
     data = moves(op, sp - pv, pv - pv.mean(), valid, record.dt, 0.0)
     best, most, plain = None, 0.0, 0.0

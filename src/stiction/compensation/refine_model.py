@@ -20,7 +20,6 @@ from stiction.diagnosis.identification.process_fit import fit_process
 from stiction.diagnosis.oscillation import about_drift
 from stiction.errors import RecordError
 from stiction.models import FOPDT, SOPDT, Integrating, Kano
-from stiction.records.gaps import forward_fill
 from stiction.simulation.drivers import stroke_one
 
 if TYPE_CHECKING:
@@ -79,7 +78,7 @@ def refine_model(record: LoopRecord, found: Identification, period: float, *, cy
     Parameters
     ----------
     record : LoopRecord
-        The analysed part of a record.
+        The judged part of a record, without gaps in OP and PV.
     found : Identification
         Valve and process identified from it.
     period : float
@@ -99,7 +98,7 @@ def refine_model(record: LoopRecord, found: Identification, period: float, *, cy
     """
     view = _SearchData(record, found.process.integrating, period)
     if found.by_position:
-        view.stem = forward_fill(found.mv, fill_start=True)[view.cut]
+        view.stem = found.mv[view.cut]
         best = view.with_process(found.S, found.J / found.S)
         before = view.error(best)
         best, least = _search(view, best, first=2)
@@ -168,10 +167,7 @@ class _SearchData:
         self.dt, self.integrating, self.samples = record.dt, integrating, period / record.dt
         size = max(MAX_SAMPLES, round(6.0 * self.samples))
         self.cut = slice(0, size)
-        self.op, self.pv = (
-            forward_fill(record.op, fill_start=True)[self.cut],
-            forward_fill(record.pv, fill_start=True)[self.cut],
-        )
+        self.op, self.pv = record.op[self.cut], record.pv[self.cut]
         # Left out: half a window at both ends, and the first period, because the earlier stem motion is unknown.
         first = round(1.5 * self.samples) if self.op.size > 5.0 * self.samples else round(0.5 * self.samples)
         self.inside = slice(first, max(self.op.size - round(0.5 * self.samples), first + 10))

@@ -85,7 +85,16 @@ class RemedyTrial(Result):
 
 @dataclass(frozen=True)
 class CompensationTrial(ResultDisplay, kind="trial"):
-    """All remedies for a sticky valve, tried on the loop's twin and ranked."""
+    """All remedies for a sticky valve, tried on the loop's twin and ranked.
+
+    Examples
+    --------
+    >>> import stiction as st
+    >>> loop = st.Loop(st.PID(0.2, 10.0), st.Kano(5.0, 2.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
+    >>> trial = st.compensate(loop, seeds=1)
+    >>> isinstance(trial, st.CompensationTrial), trial.recommended in [one.name for one in trial.remedies]
+    (True, True)
+    """
 
     _json_keys = (
         "tag", "recommended", "refused", "expected as expected_improvement", "reason", "risk", "S", "J", "weights",

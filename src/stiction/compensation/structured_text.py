@@ -94,7 +94,7 @@ def structured_text(
     Examples
     --------
     >>> import stiction as st
-    >>> text = structured_text(st.Knocker(1.5, 2.0, 5.0), dt=1.0, tag="FIC-101", S=3.0, J=1.0)
+    >>> text = st.structured_text(st.Knocker(1.5, 2.0, 5.0), dt=1.0, tag="FIC-101", S=3.0, J=1.0)
     >>> [line.strip() for line in text.splitlines() if "AMPLITUDE :" in line or "FUNCTION_BLOCK FIC" in line]
     ['FUNCTION_BLOCK FIC_101_KNOCKER', 'AMPLITUDE : LREAL := 1.5;  (* height of a pulse [% of span] *)']
     """

@@ -9,7 +9,7 @@ not, `adjust_twin` searches for one that does, within the uncertainty of the ide
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -31,18 +31,17 @@ from stiction.display.duration_format import format_seconds
 from stiction.display.json_form import Result, fields_to_json, to_json
 from stiction.errors import RecordError
 from stiction.models import Kano, Loop, TransferFunction
-from stiction.records.analysis_window import analysis_window, usable_segment
-from stiction.records.gaps import forward_fill
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stiction.compensation.refine_model import RefinedModel
     from stiction.diagnosis import Diagnosis, Identification
+    from stiction.diagnosis.segment import JudgedSegment
     from stiction.models import PID
     from stiction.records.record import LoopRecord
 
-__all__ = ["Twin", "analysed_segment", "build_twin", "twin_of_loop"]
+__all__ = ["Twin", "build_twin", "twin_of_loop"]
 
 MAX_PERIOD_ERROR, MAX_AMPLITUDE_ERROR, MAX_SPREAD = 0.15, 0.25, 0.15
 """Largest relative errors of period and amplitudes, and how much the spread between runs may raise them [-]."""
@@ -167,18 +166,16 @@ def build_twin(diagnosis: Diagnosis, controller: PID | None = None) -> Twin:
     found, tag = diagnosis.identification, diagnosis.record.tag
     if found is None:
         raise RecordError("valve and process were not identified, so the loop cannot be simulated.", where=tag)
-    record = analysed_segment(diagnosis)
-    assert record.pv is not None
-    scale = _time_scale(record, diagnosis)
-    pid, finer = (controller, 1) if controller is not None else _find_controller(record)
+    segment, record, pv = diagnosis.segment, diagnosis.segment.part, diagnosis.segment.pv
+    scale = _time_scale(segment)
+    pid, finer = (controller, 1) if controller is not None else _find_controller(diagnosis)
     better = refine_model(record, found, scale, cycles=diagnosis.oscillation.oscillating)
-    pv = forward_fill(record.pv, fill_start=True)
-    sp = pv if record.sp is None else forward_fill(record.sp, fill_start=True)
+    sp = pv if record.sp is None else record.sp
     level, op = float(np.mean(sp)), float(np.mean(better.mv))
     moves = np.zeros(1) if record.sp is None else sp - level
     loop = Loop(pid, Kano(better.S, better.J), better.process, record.dt / finer, noise=better.noise)
     inputs = ExternalInputs(moves, better.residual, record.dt)
-    measured = measure_cycle(replace(record, pv=pv, sp=None if record.sp is None else sp), scale)
+    measured = measure_cycle(record, scale)
     changes = _describe_changes(found, better)
     if not measured.period > 0.0:
         raise RecordError("OP does not oscillate, so a simulation cannot be compared with the record.", where=tag)
@@ -212,36 +209,19 @@ def build_twin(diagnosis: Diagnosis, controller: PID | None = None) -> Twin:
     return Twin(loop, level, op, measured, cycle, score, fits, reason, better.error, changes, inputs, overlay)
 
 
-def analysed_segment(diagnosis: Diagnosis) -> LoopRecord:
-    """Return the part of the record that a diagnosis analysed, with short gaps filled.
-
-    Parameters
-    ----------
-    diagnosis : Diagnosis
-        The diagnosis.
-
-    Returns
-    -------
-    LoopRecord
-        The samples in which the valve and process were identified.
-    """
-    record, window = diagnosis.record, (diagnosis.quality.first, diagnosis.quality.last)
-    return usable_segment(record if analysis_window(record) == window else record.window(*window))
-
-
-def _time_scale(record: LoopRecord, diagnosis: Diagnosis) -> float:
+def _time_scale(segment: JudgedSegment) -> float:
     """Return the period of the oscillation [s], or that of OP about its mean when there is no regular oscillation."""
-    seen = diagnosis.oscillation
-    if seen.oscillating and seen.period >= MIN_SAMPLES_PER_PERIOD * record.dt:
-        return seen.period
-    op = forward_fill(record.op, fill_start=True)
+    period, op, dt = segment.period, segment.op, segment.dt
+    if period is not None and period >= MIN_SAMPLES_PER_PERIOD * dt:
+        return period
     found = crossing_period(op - op.mean(), MIN_SAMPLES_PER_PERIOD)
-    return (found if found > 0.0 else op.size / 5.0) * record.dt
+    return (found if found > 0.0 else op.size / 5.0) * dt
 
 
-def _find_controller(record: LoopRecord) -> tuple[PID, int]:
+def _find_controller(diagnosis: Diagnosis) -> tuple[PID, int]:
     """Return the identified controller, and the number of its samples for each sample of the record."""
-    pid, exact = controller_from_record(record)
+    assert diagnosis.controller is not None
+    pid, exact = controller_from_record(diagnosis.segment, diagnosis.controller)
     return pid, 1 if exact else TWIN_SAMPLES_PER_SAMPLE
 
 
@@ -309,7 +289,7 @@ def _align_periods(
 ) -> dict[str, NDArray[np.float64]]:
     """Return three periods from the middle of the record, and the closest part of the twin's run."""
     assert run.pv is not None
-    op, step = forward_fill(record.op, fill_start=True), round(record.dt / run.dt)
+    op, step = record.op, round(record.dt / run.dt)
     op_twin, pv_twin = run.op[::step], run.pv[::step]
     n = min(round(3.0 * period / record.dt), op.size, op_twin.size // 2)
     first = (op.size - n) // 2

@@ -15,7 +15,6 @@ from stiction.diagnosis import Diagnosis
 from stiction.display.json_form import Result
 from stiction.display.number_format import format_interval, format_probability
 from stiction.errors import ParameterError, require_kind
-from stiction.records.analysis_window import usable_segment
 
 if TYPE_CHECKING:
     from stiction.compensation.result import CompensationTrial
@@ -126,7 +125,7 @@ def work_order(diagnosis: Diagnosis, trial: CompensationTrial | None = None) -> 
     >>> import stiction as st
     >>> loop = st.Loop(st.PID(0.2, 10.0), st.Kano(5.0, 2.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
     >>> record = st.simulate(loop, sp=10.0, duration=2000.0, op_start=50.0, tag="FIC-101", loop_type="flow")
-    >>> work_order(st.diagnose(record)).title
+    >>> st.work_order(st.diagnose(record)).title
     'Work order: control valve of FIC-101, repair'
     """
     require_kind("diagnosis", diagnosis, Diagnosis, "the result of st.diagnose(record)")
@@ -174,11 +173,11 @@ def _identified_valve(diagnosis: Diagnosis) -> Identification | None:
 
 
 def _usual_op(diagnosis: Diagnosis) -> float:
-    """Return the median of OP in the analysed part, or in the whole record [% of span]; mid span for another unit."""
+    """Return the median of OP in the judged part, or in the whole record [% of span]; mid span for another unit."""
     if not diagnosis.record.op_in_percent:
         return MID_SPAN_PERCENT
-    op = usable_segment(diagnosis.record).op
-    return float(np.nanmedian(op if np.isfinite(op).any() else diagnosis.record.op))
+    op = diagnosis.segment.op
+    return float(np.nanmedian(op if op.size else diagnosis.record.op))
 
 
 def _describe_record(diagnosis: Diagnosis) -> str:

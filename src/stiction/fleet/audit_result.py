@@ -36,7 +36,9 @@ class Audit:
 
     Examples
     --------
-    >>> Audit(Path("plant"), [], [], {}, {}).worst(3)
+    >>> from pathlib import Path
+    >>> import stiction as st
+    >>> st.Audit(Path("plant"), [], [], {}, {}).worst(3)
     []
     """
 
@@ -51,7 +53,7 @@ class Audit:
     run: dict[str, Any] = field(repr=False)
     """The newest run: `started`, `finished` (None while it is at work), `window`, `since`, `until` and its options."""
     signal_parts: dict[str, tuple[int, str]] = field(default_factory=dict, repr=False)
-    """Tag -> number of the loop and name of the part that holds its block means."""
+    """Tag -> number of the loop [-] and name of the part that holds its block means."""
     ledger_url: str = field(default="", repr=False)
     """URL of the ledger; empty where it is in the folder."""
 
@@ -228,7 +230,8 @@ def open_audit(folder: str | os.PathLike[str], *, ledger: str | None = None) -> 
 
     Examples
     --------
-    >>> open_audit("no-such-folder")
+    >>> import stiction as st
+    >>> st.open_audit("no-such-folder")
     Traceback (most recent call last):
     ...
     stiction.errors.RecordError: no-such-folder: is not an audit (it has no audit.toml); make one with `stiction audit`.

@@ -10,9 +10,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from stiction.errors import StictionError
 from stiction.fleet.loop_row import LoopRow
 from stiction.fleet.loop_work import WorkSettings, diagnose_loop, screen_loop
+from stiction.foreign_errors import failure_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Batch", "LoopTask", "Outcome", "run_batch"]
 
+MEMORY_EXIT = 4
+"""Exit code of a worker that has no memory left."""
 KILL_FACTOR = 10.0
 """Time over the limit of a loop after which its process ends itself [-], for what no signal interrupts."""
 
@@ -75,7 +77,15 @@ class _LoopTimeoutError(Exception):
 def run_batch(batch: Batch) -> list[Outcome]:
     """Screen or diagnose each loop of a batch; a loop that fails is a row with the reason."""
     _leave_interrupts_to_parent(batch.parent)
-    return [_run_task(task, batch.settings) for task in batch.tasks]
+    outcomes = []
+    for task in batch.tasks:
+        try:
+            outcomes.append(_run_task(task, batch.settings))
+        except MemoryError:  # what is left of the memory is in pieces: the loop is tried again in a new worker
+            if os.getpid() == batch.parent:
+                raise
+            os._exit(MEMORY_EXIT)
+    return outcomes
 
 
 def _run_task(task: LoopTask, settings: WorkSettings) -> Outcome:
@@ -91,12 +101,10 @@ def _run_task(task: LoopTask, settings: WorkSettings) -> Outcome:
         limit = f"{settings.time_limit:g} s of processor time"
         reason = f"The loop took more than {limit}; raise time_limit, or shorten the record."
         row = LoopRow.of_place(task.place, status="timeout", reason=reason)
-    except StictionError as error:
-        row = LoopRow.of_place(task.place, status="error", reason=str(error))
-    except Exception as error:
-        text = " ".join(f"{type(error).__name__}: {error}".split())
-        reason = f"an error in the program ({text}); please report it."
-        row = LoopRow.of_place(task.place, status="error", reason=reason)
+    except MemoryError:
+        raise
+    except BaseException as error:
+        row = LoopRow.of_place(task.place, status="error", reason=str(failure_of(error, task.place.tag)))
     return Outcome(task.number, row, time.process_time() - began, means)
 
 

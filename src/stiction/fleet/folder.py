@@ -15,6 +15,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stiction.errors import RecordError, Setting
+from stiction.file_lock import lock_file
+from stiction.fleet.labels import read_labels
 from stiction.fleet.ledger import FORMAT_VERSION
 
 if TYPE_CHECKING:
@@ -51,6 +53,7 @@ def check_folder(folder: Path) -> None:
         )
     if (folder / SETTINGS_FILE).exists():
         read_settings(folder)
+        read_labels(folder)  # a row that cannot be read is told before the work
     elif folder.exists():
         ours = (LOCK_FILE, "ledger.sqlite", "ledger.sqlite-wal", "ledger.sqlite-shm")
         others = sorted(path.name for path in folder.iterdir() if path.name not in ours)
@@ -129,7 +132,7 @@ def lock_folder(folder: Path) -> Iterator[None]:
         ) from None
     with file:
         try:
-            _lock(file)
+            lock_file(file, wait=False)
         except OSError:
             file.seek(0)
             owner = file.read().strip() or "another process"
@@ -143,18 +146,6 @@ def lock_folder(folder: Path) -> Iterator[None]:
             yield
         finally:
             file.truncate(0)
-
-
-def _lock(file: Any) -> None:
-    if os.name == "nt":
-        import msvcrt
-
-        file.seek(1 << 20)  # away from the text, which others may then read
-        msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)  # pyright: ignore[reportAttributeAccessIssue]
-    else:
-        import fcntl
-
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
 def process_name() -> str:

@@ -5,12 +5,14 @@ from __future__ import annotations
 import csv
 import io
 import os
-from dataclasses import astuple, dataclass, fields
+from dataclasses import astuple, dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import IO, TYPE_CHECKING
 
 from stiction.errors import ParameterError, RecordError, StictionError
+from stiction.file_lock import lock_file
+from stiction.foreign_errors import data_error
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -20,6 +22,8 @@ __all__ = ["LABELS", "Label", "LabelConflictError", "append_label", "newest_labe
 FILE = "labels.csv"
 LABELS = ("acknowledged", "repaired", "stiction", "not stiction", "note")
 """What a person can say of a loop; "repaired" counts from the time of the label."""
+NAMES = ["tag", "time", "label", "note", "author"]
+"""Columns of the file: the fields of `Label`."""
 
 
 @dataclass(frozen=True)
@@ -67,12 +71,12 @@ def read_labels(folder: str | os.PathLike[str]) -> list[Label]:
     Returns
     -------
     list of Label
-        Empty when nothing was written yet. A row that a crash cut off is left out.
+        Empty when nothing was written yet.
 
     Raises
     ------
     RecordError
-        When the file has other columns.
+        When the file has other columns, or a row that is no label; the message has its number.
 
     Examples
     --------
@@ -80,13 +84,12 @@ def read_labels(folder: str | os.PathLike[str]) -> list[Label]:
     []
     """
     path = Path(folder) / FILE
-    if not path.is_file():
-        return []
     try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise RecordError(f"cannot be read ({error}); save it as CSV in UTF-8.", where=path) from None
-    return _parse(text, path)
+        return _parse(path.read_bytes(), path)[0]
+    except FileNotFoundError:
+        return []
+    except OSError as error:
+        raise RecordError(f"cannot be read ({error.strerror or error}); check the access rights.", where=path) from None
 
 
 def newest_labels(labels: Iterable[Label]) -> dict[str, Label]:
@@ -138,59 +141,112 @@ def append_label(
         raise ParameterError(f"label = {label!r} is unknown; give one of {', '.join(LABELS)}.")
     path = Path(folder) / FILE
     try:
-        with path.open("a+", encoding="utf-8", newline="") as file:
-            _lock(file)
+        with path.open("ab+") as file:
+            lock_file(file, wait=True)
             file.seek(0)
-            text = file.read()
-            newest = newest_labels(_parse(text, path)).get(tag)
-            row = Label(tag, _next_time(newest), label, note, author)
+            data = file.read()
+            labels, encoding, mark = _parse(data, path)
+            newest = newest_labels(labels).get(tag)
+            row = Label(*(_printable(text) for text in (tag, _next_time(newest), label, note, author)))
             if seen is not None and newest is not None and newest.time > seen:
                 raise LabelConflictError(newest, row)
-            start = "" if text.endswith("\n") or not text else "\n"
-            file.write(
-                start + ("" if text.strip() else _line([one.name for one in fields(Label)])) + _line(astuple(row))
-            )
-            file.flush()
-            os.fsync(file.fileno())
+            try:
+                _append(file, data, row, encoding, mark)
+                file.seek(0)
+                if _parse(file.read(), path)[0] != [*labels, row]:
+                    raise RecordError(
+                        "did not take the label, and is as it was before; look at its last lines.", where=path
+                    )
+            except BaseException:
+                file.truncate(len(data))
+                raise
     except OSError as error:
-        raise RecordError(
-            f"cannot be written ({error.strerror or error}); check the access rights and the free space.", where=path
+        known = data_error(error, str(path))
+        raise known or RecordError(
+            f"cannot be written ({error.strerror or error}); check the access rights.", where=path
         ) from None
     return row
 
 
-def _parse(text: str, path: Path) -> list[Label]:
-    rows = list(csv.reader(io.StringIO(text.replace("\0", ""))))
-    if not rows:
-        return []
-    names = [one.name for one in fields(Label)]
-    if [cell.strip() for cell in rows[0]] != names:
+def _append(file: IO[bytes], data: bytes, row: Label, encoding: str, mark: str) -> None:
+    """Write one row, on a line of its own, in the encoding of the file."""
+    heading = [] if data.strip(b"\xef\xbb\xbf \r\n") else [NAMES]
+    text = io.StringIO()
+    csv.writer(text, delimiter=mark, lineterminator="\r\n" if b"\r\n" in data else "\n").writerows(
+        [*heading, astuple(row)]
+    )
+    start = "\n" if data and not heading and not data.endswith((b"\n", b"\r")) else ""
+    try:
+        written = (start + text.getvalue()).encode(encoding)
+    except UnicodeEncodeError as error:
         raise RecordError(
-            f"its columns are {', '.join(rows[0])}; write {','.join(names)} in its first line.", where=path
+            f"is written as {encoding}, which has no {error.object[error.start]!r}; save it as CSV in UTF-8.",
+            where=file.name,
+        ) from None
+    file.write(written)
+    file.flush()
+    os.fsync(file.fileno())
+
+
+def _parse(data: bytes, path: Path) -> tuple[list[Label], str, str]:
+    """All labels of a file, its encoding (UTF-8, UTF-16 or that of Excel on Windows), and the mark between cells."""
+    encoding = "utf-16" if data.startswith((b"\xff\xfe", b"\xfe\xff")) else "utf-8-sig"
+    try:
+        text = data.decode(encoding)
+    except UnicodeDecodeError:
+        encoding = "cp1252"
+        text = data.decode(encoding, "replace")
+    text = text.replace("\0", "")
+    mark = ";" if text.startswith(";".join(NAMES[:2])) else ","
+    lines = io.StringIO(text, newline="")
+    reader = csv.reader(lines, delimiter=mark, strict=True)
+    labels: list[Label] = []
+    first = 1
+    try:
+        heading = next((row for row in reader if row), None)
+        if heading is None:
+            return [], "utf-8", ","
+        if [cell.strip() for cell in heading[: len(NAMES)]] != NAMES or any(heading[len(NAMES) :]):
+            raise RecordError(
+                f"its columns are {', '.join(heading)}; write {','.join(NAMES)} in its first line.", where=path
+            )
+        first = reader.line_num + 1
+        for row in reader:
+            if any(cell.strip() for cell in row):
+                labels.append(_to_label(row, f"{path}, line {first}"))
+            first = reader.line_num + 1
+    except csv.Error as error:
+        raise RecordError(
+            f"a quote is opened and not closed, or stands within a cell ({error}); correct the row, or delete it.",
+            where=f"{path}, line {first}",
+        ) from None
+    without_mark = {"utf-8-sig": "utf-8", "utf-16": "utf-16-le" if data.startswith(b"\xff") else "utf-16-be"}
+    return labels, without_mark.get(encoding, encoding), mark
+
+
+def _to_label(row: list[str], where: str) -> Label:
+    cells = [*row, *[""] * (len(NAMES) - len(row))]
+    if any(cell.strip() for cell in cells[len(NAMES) :]):
+        raise RecordError(
+            f"has {len(row)} cells, {len(NAMES)} are needed; put a note with commas between quotes.", where=where
         )
-    return [Label(*row) for row in rows[1:] if len(row) == len(names)]
+    label = Label(*(cell.replace("\r\n", "\n") for cell in cells[: len(NAMES)]))
+    if not label.tag.strip() or label.label not in LABELS:
+        raise RecordError(
+            f"has the tag {label.tag!r} and the label {label.label!r}; give a tag and one of {', '.join(LABELS)}, or "
+            "delete the line.",
+            where=where,
+        )
+    return label
+
+
+def _printable(text: str) -> str:
+    """A text without what cannot be stored: surrogates and NUL; each line end is a line feed."""
+    plain = text.replace("\r\n", "\n").replace("\r", "\n").replace("\0", "")
+    return plain.encode("utf-8", "replace").decode("utf-8")
 
 
 def _next_time(newest: Label | None) -> str:
     """Now, but later than the newest label."""
     now = datetime.now(UTC).isoformat(timespec="microseconds")
     return now if newest is None or now > newest.time else newest.time + "+"
-
-
-def _line(cells: Iterable[str]) -> str:
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerow(cells)
-    return text.getvalue()
-
-
-def _lock(file: io.TextIOWrapper) -> None:
-    """Wait for the lock of the file; it is free again when the file is closed."""
-    if os.name == "nt":
-        import msvcrt
-
-        file.seek(0)
-        msvcrt.locking(file.fileno(), msvcrt.LK_LOCK, 1 << 30)  # pyright: ignore[reportAttributeAccessIssue]
-    else:
-        import fcntl
-
-        fcntl.flock(file, fcntl.LOCK_EX)

@@ -61,7 +61,7 @@ def group_oscillations(
     max_blocks : int
         Largest number of block means of a signal [-].
     seed : int
-        Seed of the shifts that give the coherence of unrelated loops.
+        Seed of the shifts that give the coherence of unrelated loops [-].
 
     Returns
     -------
@@ -95,13 +95,14 @@ def group_oscillations(
 
     Examples
     --------
-    >>> from stiction.records import LoopRecord
+    >>> import numpy as np
+    >>> import stiction as st
     >>> rng = np.random.default_rng(0)
     >>> wave = np.cumsum(rng.normal(2 * np.pi / 40, 0.05, 4000))
     >>> noise = rng.normal(0.0, 0.2, (3, 4000))
     >>> pvs = [np.sin(wave) + noise[0], 0.5 * np.sin(wave - 1.0) + noise[1], noise[2]]
-    >>> records = [LoopRecord(f"FIC-{k}", 1.0, op=50.0 - pv, pv=pv) for k, pv in enumerate(pvs)]
-    >>> [(round(group.period), group.tags) for group in group_oscillations(records)]
+    >>> records = [st.LoopRecord(f"FIC-{k}", 1.0, op=50.0 - pv, pv=pv) for k, pv in enumerate(pvs)]
+    >>> [(round(group.period), group.tags) for group in st.group_oscillations(records)]
     [(40, ('FIC-0', 'FIC-1'))]
     """
     min_coherence, bin_width = _check(min_coherence, bin_width)

@@ -17,6 +17,7 @@ from stiction.fleet.ledger import FORMAT_VERSION, Ledger, sqlite_url
 from stiction.fleet.progress import Progress
 from stiction.fleet.tag_receipt import find_missing_tags
 from stiction.fleet.window import resolve_window
+from stiction.scratch import shared_copies
 
 if TYPE_CHECKING:
     import threading
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 __all__ = ["audit"]
 
 
+@shared_copies()
 def audit(
     source: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
     out: str | os.PathLike[str],

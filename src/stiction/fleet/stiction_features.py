@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiction.diagnosis.pipeline import find_features
+from stiction.diagnosis.pipeline import diagnose
 from stiction.diagnosis.verdict.features import FEATURES
 from stiction.errors import MissingExtraError
 from stiction.records.record import require_record
@@ -90,7 +90,7 @@ class StictionFeatures(TransformerMixin, BaseEstimator):
             When something in `X` is no record, or has no PV.
         """
         names = self.get_feature_names_out()
-        rows = [find_features(record) for record in X]
+        rows = [diagnose(record).features for record in X]
         return np.array([[row.get(name, np.nan) for name in names] for row in rows], dtype=np.float64).reshape(
             len(rows), len(names)
         )

@@ -152,11 +152,11 @@ def basin_map(
     phase : array_like
         Position in that cycle, as a share of its period from the rest at the top [-].
     most_turns : int
-        Oscillations after which a start counts as not settled.
+        Oscillations after which a start counts as not settled [-].
     tolerance : float
         Relative change between oscillations below which the motion has settled [-].
     threads : int, optional
-        Threads that share the starts; by default one per core.
+        Threads that share the starts [-]; by default one per core.
     progress : callable, optional
         Called with (starts done, starts in all) after every block.
 

@@ -106,12 +106,12 @@ def bifurcation(
         "gain" (a factor on the controller's gain), "disturbance" (the load) [% of span], "dead_time" [s], a parameter
         of the controller ("Kc", "Ti", "Td") or of the valve ("d", "S", "J", "fs", "fd", "sb", "sj", "r").
     values : array_like, shape (n,)
-        Values of the parameter.
+        Values of the parameter [its unit].
     families : iterable of str or float
         Families of a staircase valve, by name or by a rest level [% of span]. Over the load the rest levels
         are constant and the point of rest moves between them; over other parameters a family stays symmetric.
     searches : int
-        Number of values with a new search for cycles; between them cycles are continued.
+        Number of values with a new search for cycles [-]; between them cycles are continued.
 
     Returns
     -------

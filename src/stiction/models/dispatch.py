@@ -53,6 +53,7 @@ __all__ = [
     "is_data_driven",
     "physical_parameters",
     "physical_step",
+    "stem_position",
     "valve_at_rest",
     "valve_step",
 ]
@@ -91,6 +92,12 @@ def valve_at_rest(model: int, op: float, position: float, p) -> ValveState:
     if model == PHYSICAL:
         return physical_at_rest(op, position, p)
     return _at_rest(op, position)
+
+
+@inline_kernel
+def stem_position(s: ValveState, p) -> float:
+    """Position of the stem within its travel [% of span]."""
+    return min(max(s.position, p[0]), p[1])
 
 
 @inline_kernel

@@ -44,15 +44,15 @@ class Quality(Result):
     usable: bool
     """Whether no check rejects the record."""
     rows: int
-    """Samples of the record."""
+    """Samples of the record [-]."""
     duration: float
     """Length of the record [s]."""
     bad_percent: float
     """Samples in which OP or PV is missing [%]."""
     first: int
-    """First sample of the segment to analyse."""
+    """First sample of the segment to analyse [-]."""
     last: int
-    """One past the last sample of that segment."""
+    """One past the last sample of that segment [-]."""
 
     @property
     def rejections(self) -> tuple[CheckResult, ...]:

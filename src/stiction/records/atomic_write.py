@@ -9,7 +9,7 @@ from pathlib import Path
 
 from stiction.errors import RecordError
 
-__all__ = ["require_file_path", "unwritable_error", "write_atomically"]
+__all__ = ["require_file_path", "unwritable_error", "write_atomically", "write_files"]
 
 
 def require_file_path(target: Path) -> None:
@@ -71,3 +71,37 @@ def write_atomically(text: str, path: str | os.PathLike[str]) -> Path:
         with contextlib.suppress(OSError):
             draft.unlink(missing_ok=True)
     return target
+
+
+def write_files(contents: dict[Path, bytes]) -> None:
+    """Write new files, all of them or none; their folder is made if it does not exist.
+
+    Parameters
+    ----------
+    contents : dict of Path to bytes
+        Files, none of which exists, and what goes into them.
+
+    Raises
+    ------
+    RecordError
+        When a file cannot be written; nothing is left behind.
+    """
+    drafts: dict[Path, Path] = {}
+    placed: list[Path] = []
+    target = next(iter(contents))
+    try:
+        for target, data in contents.items():
+            target.parent.mkdir(parents=True, exist_ok=True)
+            drafts[target] = target.with_name(f".{target.name}.{secrets.token_hex(4)}.part")
+            drafts[target].write_bytes(data)
+        for target, draft in drafts.items():
+            os.replace(draft, target)
+            placed.append(target)
+    except OSError as error:
+        for one in placed:
+            one.unlink(missing_ok=True)
+        raise unwritable_error(target, error) from None
+    finally:
+        for draft in drafts.values():
+            with contextlib.suppress(OSError):
+                draft.unlink(missing_ok=True)

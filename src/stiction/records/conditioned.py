@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.records.analysis_window import analysis_window, usable_segment
-from stiction.records.gaps import fill_short_gaps, interpolate_gaps, missing_mask
+from stiction.records.gaps import fill_short_gaps, missing_mask
 from stiction.records.masks import RecordMasks
 from stiction.records.quality.quantisation import different_values, peak_to_peak, quantisation_step, robust_range
 from stiction.records.record import mask_outliers
@@ -25,7 +25,7 @@ __all__ = ["Conditioned", "condition"]
 
 @dataclass(frozen=True, eq=False)
 class Conditioned:
-    """Signals of one record as all later stages take them."""
+    """The part of one record that is analysed, as all stages take it, and what the data checks look at."""
 
     record: LoopRecord
     """The record, outliers missing."""
@@ -36,13 +36,12 @@ class Conditioned:
     last: int
     """One past its last sample."""
     part: LoopRecord
-    """That part, short gaps filled with the last value."""
-    op: NDArray[np.float64]
-    """OP of the part, gaps interpolated [% of span]."""
-    pv: NDArray[np.float64]
-    """PV of the part, gaps interpolated [engineering units]; empty when it was not recorded."""
+    """That part, gaps of OP and PV interpolated, and those of the set point filled with its last value. The valve
+    position is as recorded."""
+    missing: NDArray[np.bool_]
+    """Whether OP or PV of a sample of the part was not recorded."""
     gaps: NDArray[np.bool_]
-    """Whether a sample of the part stands in a gap too long to fill with the last value."""
+    """Whether that sample stands in a gap too long to fill with the last value."""
     op_values: NDArray[np.float64]
     """Different values of OP in the part, in ascending order [% of span]."""
     pv_values: NDArray[np.float64]
@@ -55,6 +54,20 @@ class Conditioned:
     """Quantisation step of OP [% of span]; 0 when there is none."""
     pv_step: float
     """Quantisation step of PV [engineering units]; 0 when there is none."""
+
+    @property
+    def op(self) -> NDArray[np.float64]:
+        """OP of the part [% of span]; empty when OP or PV is unknown in all of it."""
+        return self.part.op if self._known else np.empty(0)
+
+    @property
+    def pv(self) -> NDArray[np.float64]:
+        """PV of the part [engineering units]; empty when OP or PV is unknown in all of it."""
+        return self.part.pv if self._known and self.part.pv is not None else np.empty(0)
+
+    @property
+    def _known(self) -> bool:
+        return not bool(self.missing.all())
 
     @property
     def moves(self) -> bool:
@@ -89,23 +102,18 @@ def condition(record: LoopRecord) -> Conditioned:
 def _conditioned(record: LoopRecord) -> Conditioned:
     masks = RecordMasks(record)
     first, last = analysis_window(record, masks)
-    part = usable_segment(record, (first, last))
-    cut = record.window(first, last)
+    cut, part = record.window(first, last), usable_segment(record, (first, last))
     values = [np.empty(0) if x is None else different_values(x) for x in (cut.op, cut.pv)]
-    op = interpolate_gaps(cut.op)
-    pv = np.empty(0) if cut.pv is None else interpolate_gaps(cut.pv)
-    known = (np.isfinite(op).all() and np.isfinite(pv).all()) and op.size > 0
-    op, pv = (op, pv) if known else (np.empty(0), np.empty(0))
+    missing = missing_mask(cut.op, cut.pv)
+    gaps = missing_mask(fill_short_gaps(cut.op), None if cut.pv is None else fill_short_gaps(cut.pv))
+    known = not missing.all()
     return Conditioned(
-        record, masks, first, last, part, op, pv, _long_gaps(cut), op_values=values[0], pv_values=values[1],
-        op_swing=robust_range(op) if op.size else 0.0, pv_swing=robust_range(pv) if pv.size else 0.0,
+        record, masks, first, last, part, missing, gaps, op_values=values[0], pv_values=values[1],
+        op_swing=robust_range(part.op) if known else 0.0,
+        pv_swing=robust_range(part.pv) if known and part.pv is not None else 0.0,
         op_step=quantisation_step(cut.op, values[0]),
         pv_step=0.0 if cut.pv is None else quantisation_step(cut.pv, values[1]),
     )  # fmt: skip
-
-
-def _long_gaps(cut: LoopRecord) -> NDArray[np.bool_]:
-    return missing_mask(fill_short_gaps(cut.op), None if cut.pv is None else fill_short_gaps(cut.pv))
 
 
 def _size(x: NDArray[np.float64]) -> float:

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-__all__ = ["Provenance"]
+__all__ = ["UNKNOWN_UNIT", "Provenance"]
+
+UNKNOWN_UNIT = "an unknown unit"
+"""Unit of an OP that may or may not be in %."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,19 +23,19 @@ class Provenance:
     assumptions: tuple[str, ...] = ()
     """What the reader assumed, one sentence each."""
     rows: int = 0
-    """Rows in the source."""
+    """Rows in the source [-]."""
     missing_samples: int = 0
-    """Samples in which OP or PV was missing or had a bad status, gaps in the time stamps included."""
+    """Samples in which OP or PV was missing or had a bad status, gaps in the time stamps included [-]."""
     bad_values: dict[str, int] = field(default_factory=dict)
-    """Kind of bad value, such as the text "Bad Input" in place of a number -> how often."""
+    """Kind of bad value, such as the text "Bad Input" in place of a number -> how often [-]."""
     clock_jumps: int = 0
-    """How often the clock ran backwards or changed to or from summer time."""
+    """How often the clock ran backwards or changed to or from summer time [-]."""
     summer_time: int = 0
-    """How many of `clock_jumps` were changes of summer time that were undone without a missing row."""
+    """How many of `clock_jumps` were changes of summer time that were undone without a missing row [-]."""
     held_samples: int = 0
-    """Samples for which the reader repeated an earlier value, because the time stamps were uneven."""
+    """Samples for which the reader repeated an earlier value, because the time stamps were uneven [-]."""
     outliers: int = 0
-    """Values far from all others that count as missing (see `quality.find_outliers`)."""
+    """Values far from all others that count as missing (see `quality.find_outliers`) [-]."""
     pv_unit: str = ""
     """Unit of PV, when the source names it."""
     op_unit: str = ""

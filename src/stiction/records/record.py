@@ -13,7 +13,7 @@ import numpy as np
 from stiction.display.number_format import count_noun
 from stiction.errors import ParameterError, RecordError, as_floats, import_extra, require_positive
 from stiction.records.gaps import missing_mask
-from stiction.records.provenance import Provenance
+from stiction.records.provenance import UNKNOWN_UNIT, Provenance
 from stiction.records.quality.op_scale import detect_op_scale
 from stiction.records.quality.outliers import find_record_outliers
 
@@ -247,7 +247,7 @@ class LoopRecord:
 
     @property
     def op_unit(self) -> str:
-        """Unit of OP, and so of S and J: "% of span", or "OP units" when it is another one.
+        """Unit of OP, and so of S and J: "% of span", or that of the source, or "OP units" when it is not known.
 
         Examples
         --------
@@ -255,11 +255,13 @@ class LoopRecord:
         >>> LoopRecord("FIC-101", 1.0, op=[50.0, 51.0]).op_unit, LoopRecord("FIC-101", 1.0, op=[0.50, 0.51]).op_unit
         ('% of span', 'OP units')
         """
-        return "% of span" if self.op_in_percent else "OP units"
+        if self.op_in_percent:
+            return "% of span"
+        return self.provenance.op_unit if self.provenance.op_unit not in ("", UNKNOWN_UNIT) else "OP units"
 
     @property
     def op_unit_short(self) -> str:
-        """Unit of OP after a number in a sentence: "%" or "OP units"."""
+        """Unit of OP after a number in a sentence: "%", that of the source, or "OP units"."""
         return self.op_unit.removesuffix(" of span")
 
     def window(self, first: int, last: int, every: int = 1) -> LoopRecord:

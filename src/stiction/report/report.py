@@ -61,7 +61,8 @@ def write_report(
 
     Examples
     --------
-    >>> write_report([], "report.html")
+    >>> import stiction as st
+    >>> st.write_report([], "report.html")
     Traceback (most recent call last):
     ...
     stiction.errors.ParameterError: there is no diagnosis to write; give at least one.

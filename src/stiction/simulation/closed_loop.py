@@ -52,7 +52,7 @@ def simulate(
     disturbance : float or array_like, shape (n_samples,), optional
         Load, added to the valve position at the process inlet [% of span].
     seed : int, optional
-        Seed of the measurement noise, 0 or more; without it every run has different noise.
+        Seed of the measurement noise, 0 or more [-]; without it every run has different noise.
     pv_disturbance : float or array_like, shape (n_samples,), optional
         Added to the process output [PV units].
     manual : float or array_like, shape (n_samples,), optional

@@ -298,9 +298,9 @@ def critical_rate(valve: PhysicalValve, *, simulate: bool = True, tolerance: flo
 
     Examples
     --------
-    >>> import stiction as st
     >>> from stiction.models.parameter_sets import table1_reading_a
-    >>> found = st.critical_rate(table1_reading_a())
+    >>> from stiction.simulation import critical_rate
+    >>> found = critical_rate(table1_reading_a())
     >>> round(0.18 * found.rate, 1), found.mechanism
     (6.8, 'inertial')
     """
@@ -361,9 +361,9 @@ def behaviour_map(valve: PhysicalValve, rates: ArrayLike, damping: ArrayLike) ->
 
     Examples
     --------
-    >>> import stiction as st
     >>> from stiction.models.parameter_sets import table1_reading_a
-    >>> st.behaviour_map(table1_reading_a(), rates=[20.0, 60.0], damping=[0.058]).staircase.tolist()
+    >>> from stiction.simulation import behaviour_map
+    >>> behaviour_map(table1_reading_a(), rates=[20.0, 60.0], damping=[0.058]).staircase.tolist()
     [[True, False]]
     """
     bare = _without_actuator(valve)

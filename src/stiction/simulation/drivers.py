@@ -18,7 +18,7 @@ from stiction.models.dispatch import (
 )
 from stiction.models.numba_compile import inline_kernel, kernel
 
-__all__ = ["closed_loop", "fast_closed_loop", "process_step", "stroke_one"]
+__all__ = ["closed_loop", "fast_closed_loop", "process_output", "process_step", "stroke_one"]
 
 
 @kernel
@@ -46,7 +46,7 @@ def stroke_one(model, p, op, position, mv):
 
 
 @inline_kernel
-def _process_output(c, state):
+def process_output(c, state):
     """Output of a process from its states."""
     y = 0.0
     for i in range(c.shape[0]):
@@ -111,7 +111,7 @@ def fast_closed_loop(pid, model, p, A, b_new, b_old, c, d, delay, direct, sp, lo
     state = A[:, 0] * 0.0 if order else c
     work = state.copy()
     for k in range(n):
-        y = pv0 + _process_output(c, state) + pv_load[k * pv_step]
+        y = pv0 + process_output(c, state) + pv_load[k * pv_step]
         if d != 0.0:
             y += d * _process_input(k, direct, mv, mv0, load, load_step)
         controller = pid_step(sp[k * sp_step], y, controller, manual[k * manual_step], settings)
@@ -171,7 +171,7 @@ def closed_loop(
     state = A[:, 0] * 0.0 if order else c
     work = state.copy()
     for k in range(n):
-        y = pv0 + _process_output(c, state) + pv_load[k * pv_step]
+        y = pv0 + process_output(c, state) + pv_load[k * pv_step]
         if d != 0.0:
             y += d * _process_input(k, direct, mv, mv0, load, load_step)
         pv[k] = y

@@ -111,9 +111,9 @@ def phenomena_table(valve: PhysicalValve) -> tuple[Phenomena, ...]:
 
     Examples
     --------
-    >>> import stiction as st
     >>> from stiction.models.parameter_sets import table1_reading_a
-    >>> [row.model for row in st.phenomena_table(table1_reading_a()) if row.rate_dependent]
+    >>> from stiction.simulation import phenomena_table
+    >>> [row.model for row in phenomena_table(table1_reading_a()) if row.rate_dependent]
     ['Srinivasan', 'Srinivasan with tables', 'PhysicalValve']
     """
     found = reduce_valve(valve, samples=50)

@@ -6,13 +6,12 @@ import hashlib
 import os
 import sys
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
-from shutil import rmtree
-from tempfile import mkdtemp
 from typing import TYPE_CHECKING, BinaryIO
-from weakref import finalize
 
 from stiction.errors import RecordError
+from stiction.scratch import ScratchFolder, inflated_once
 from stiction.sources.compression import ByteLimit, inflate
 from stiction.sources.refused_kinds import refuse_kind
 from stiction.sources.table import Origin
@@ -31,26 +30,6 @@ MAX_DIGEST_BYTES = 256_000_000
 """Size of a file above which no digest is made [bytes]."""
 
 _BLANK = b" \t\r\n\0\xef\xbb\xbf\xff\xfe"
-
-
-class ScratchFolder:
-    """A temporary folder, made when it is first needed and deleted with this object."""
-
-    def __init__(self) -> None:
-        self._delete: finalize | None = None
-        self._path = Path()
-
-    def path(self) -> Path:
-        """Give the folder."""
-        if self._delete is None or not self._delete.alive:
-            self._path = Path(mkdtemp(prefix="stiction-"))
-            self._delete = finalize(self, rmtree, self._path, ignore_errors=True)
-        return self._path
-
-    def delete(self) -> None:
-        """Delete the folder and its files."""
-        if self._delete is not None:
-            self._delete()
 
 
 @dataclass(eq=False)
@@ -186,7 +165,9 @@ def _decompress(source: ByteSource, *, is_member: bool = False) -> Iterator[Byte
     """Give the source itself, or the files that it holds when it is compressed."""
     name = source.origin.name
     limit = ByteLimit(name, source.max_bytes, source.path.stat().st_size)
-    members = inflate(source.path, source.head, limit, source.scratch.path)
+    decompress = partial(inflate, source.path, source.head, limit)
+    is_own = source.path != Path(source.origin.name)  # a copy of a stream, or a member of an archive
+    members = decompress(source.scratch.path) if is_own else inflated_once(source.path, decompress, source.scratch)
     if members is None:
         yield source
         return

@@ -9,6 +9,7 @@ from pathlib import PurePosixPath
 from typing import TYPE_CHECKING, Any
 
 from stiction.errors import RecordError, Setting
+from stiction.foreign_errors import data_error
 from stiction.sources.options import MAX_RATIO
 
 if TYPE_CHECKING:
@@ -122,6 +123,8 @@ def _damage_refused(name: str) -> Iterator[None]:
     except RecordError:
         raise
     except Exception as error:
+        if isinstance(error, (OSError, MemoryError)) and (known := data_error(error, name)):
+            raise known from None
         reason = str(error).rstrip(".") or type(error).__name__
         raise RecordError(f"is damaged or cut off ({reason}); copy or export it again.", where=name) from None
 

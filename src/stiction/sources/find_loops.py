@@ -9,7 +9,7 @@ from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 from stiction.errors import MissingExtraError, ParameterError, RecordError, StictionError
-from stiction.foreign_errors import failure_of
+from stiction.foreign_errors import data_error, failure_of
 from stiction.sources.byte_source import open_sources
 from stiction.sources.database_url import is_database_url
 from stiction.sources.join_files import complete_loops, join_same_tags
@@ -150,9 +150,10 @@ def _open_alone(
     except ParameterError:
         raise
     except BaseException as error:
-        if not several:
+        known = data_error(error, file.name)
+        if known is None and not several:
             raise
-        file.failure = failure_of(error, file.name)
+        file.failure = known or failure_of(error, file.name)
     return file
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from stiction.display.number_format import count_noun
 from stiction.errors import RecordError
-from stiction.foreign_errors import failure_of
+from stiction.foreign_errors import data_error, failure_of
 from stiction.sources.build_record import RecordBuilder
 
 if TYPE_CHECKING:
@@ -72,8 +72,14 @@ class Loops:
     def read_one(self, k: int) -> LoopRecord:
         """Read the loop number `k`, from 0; only its columns are read."""
         if k < len(self.roles):
-            _load_columns([self.roles[k]], self.time_positions)
-            return self._builder.build(self.roles[k])
+            try:
+                _load_columns([self.roles[k]], self.time_positions)
+                return self._builder.build(self.roles[k])
+            except BaseException as error:
+                known = data_error(error, self.roles[k].roles["op"].table.origin.name)
+                if known is None or known is error:
+                    raise
+                raise known from None
         k -= len(self.roles)
         for file in self.stored:
             if k < len(file.tags):

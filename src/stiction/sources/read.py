@@ -104,8 +104,8 @@ def read(
     max_bytes : int
         Size of a file after decompression up to which it is read [bytes].
     good_codes : str or sequence, optional
-        Codes of the quality columns that are good, such as "0,4"; all others are bad. By the vendors' schemes when not
-        given.
+        Codes of the quality columns that are good [-], such as "0,4"; all others are bad. By the vendors' schemes when
+        not given.
     keep_uncertain : bool
         Whether values of uncertain quality are used; they are missing by default.
     query, table : str, optional

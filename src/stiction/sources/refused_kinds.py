@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 from stiction.errors import RecordError
 
 __all__ = ["refuse_kind"]
@@ -23,6 +25,7 @@ _REFUSED = {
 """First bytes -> what holds no records, and the remedy."""
 MIN_ZEROS = 65_536
 """Zeros at the beginning of a file that is refused [bytes]."""
+_LINE_PROTOCOL = re.compile(rb"[\w./-]+(?:,[\w./-]+=[^\s,=]+)* [\w./-]+=[^\s,=]+(?:,[\w./-]+=[^\s,=]+)* \d{10,19}\s*")
 _HTML = (b"<!doctype html", b"<html")
 
 
@@ -33,6 +36,8 @@ def refuse_kind(name: str, head: bytes) -> None:
         kind = "a Python pickle, which may run code when it is read", "save the frame as CSV or Parquet"
     elif head[257:262] == b"ustar":
         kind = "a tar archive", "unpack it first"
+    elif all(map(_LINE_PROTOCOL.fullmatch, head.split(b"\n", 3)[:2])):
+        kind = "InfluxDB line protocol", "export it as CSV (influx query --raw)"
     elif head[:64].lstrip().lower().startswith(_HTML):
         kind = "an HTML page", "open it in a spreadsheet program and save it as CSV or xlsx"
     elif len(head) >= MIN_ZEROS and not head.strip(b"\0"):

@@ -15,6 +15,7 @@ from stiction.sources.values.bad_values import find_bad_values
 from stiction.sources.values.numeric_cells import parse_numbers
 from stiction.sources.values.quality_codes import read_quality
 from stiction.sources.values.thousands import refuse_other_decimal
+from stiction.sources.values.units import scale_between
 
 if TYPE_CHECKING:
     from collections import Counter
@@ -55,18 +56,26 @@ def parse_signals(loop: LoopRoles, columns: dict[str, TagColumn], options: ReadO
     units: dict[str, str] = {}
     texts: dict[str, Counter[str]] = {}
     flags: dict[str, tuple[str, pl.Series]] = {}
+    notes: list[str] = []
     for role, column in columns.items():
         decimal, where = column.table.decimal, f"{column.table.origin.name}, column {column_label(column)}"
-        found = parse_numbers(column.cells, decimal, where=where, decimal_is_given=decimal_is_given)
+        found = parse_numbers(
+            column.cells, decimal, where=where, decimal_is_given=decimal_is_given, unit=loop.unit_of(role)
+        )
         if decimal_is_given:
             refuse_other_decimal(found.texts, len(column.cells), decimal, where)
         values[role], texts[role] = found.values, found.texts
         units[role] = _one_unit(loop, role, found.unit)
+        notes += [f"{column_label(column)}: {found.note}"] if found.note else []
         for k, (heading, load) in enumerate(column.flags.items()):
             flags[f"{role} {flag_role(heading, ()) or 'quality'} {k}"] = (heading, load())
     for role, column in loop.roles.items():
         if role not in columns and role != "mode":
             flags.setdefault(role, (column_label(column), column.cells))
+    of_sp, of_pv = units.get("sp", ""), units.get("pv", "")
+    if of_sp and of_pv and of_sp.upper() != of_pv.upper() and (scale := scale_between(of_sp, of_pv)):
+        values["sp"] = values["sp"] * scale[0] + scale[1]
+        notes.append(f"SP is given in {of_sp} and was converted to {of_pv}.")
     labels = {role: column_label(column) for role, column in columns.items()}
     tables = {id(column.table): column.table for column in loop.roles.values()}
     others = {name.strip().upper() for table in tables.values() for name in table_headings(table).names}
@@ -78,7 +87,7 @@ def parse_signals(loop: LoopRoles, columns: dict[str, TagColumn], options: ReadO
     results = []
     for reading in readings:
         bad = find_bad_values(values, texts=texts, flags=reading.masks, labels=labels)
-        bad.notes[:0] = reading.notes
+        bad.notes[:0] = [*notes, *reading.notes]
         good = {
             role: np.where(bad.masks[role], np.nan, x) if bad.masks[role].any() else x for role, x in values.items()
         }

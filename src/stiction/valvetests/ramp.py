@@ -51,7 +51,7 @@ def analyse_ramp(
     limit : float
         Limit on deadband plus stickband, S [% of span].
     bins : int
-        Number of travel ranges for which sb and sj are reported.
+        Number of travel ranges for which sb and sj are reported [-].
 
     Returns
     -------

@@ -49,7 +49,7 @@ def plan_ramp_test(
     S : float, optional
         Expected deadband plus stickband [% of span]; the range must exceed twice this, or the stem hardly slips.
     repeats : int
-        Number of tests up and down at each rate.
+        Number of tests up and down at each rate [-].
 
     Returns
     -------

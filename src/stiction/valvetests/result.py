@@ -119,7 +119,16 @@ class TravelBin:
 
 @dataclass(frozen=True)
 class ValveTest(Result):
-    """Result of a valve test."""
+    """Result of a valve test.
+
+    Examples
+    --------
+    >>> import stiction as st
+    >>> plan = st.plan_ramp_test(40.0, 60.0, rates=[0.1])
+    >>> test = st.analyse_ramp(st.stroke(st.Kano(3.0, 1.0), plan.op, dt=plan.dt))
+    >>> isinstance(test, st.ValveTest), test.verdict
+    (True, 'beyond limit')
+    """
 
     record: LoopRecord = field(repr=False, compare=False, metadata=json_as(omit=True))
     """The record as analysed."""

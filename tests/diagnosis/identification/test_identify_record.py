@@ -84,9 +84,9 @@ def test_nothing_oscillates_where_the_period_is_infinite(record):
     ("change", "message"),
     [
         ({"pv": None, "sp": None}, "no PV"),
-        ({"op": np.full(1000, 50.0)}, "OP does not vary"),
-        ({"pv": np.full(1000, 50.0)}, "PV does not vary"),
-        ({"pv": np.where(np.arange(1000) < 20, np.arange(1000.0), np.nan)}, "30 are needed"),
+        ({"op": np.full(1000, 50.0)}, "loop state is manual"),
+        ({"pv": np.full(1000, 50.0)}, "loop state is pv_frozen"),
+        ({"pv": np.where(np.arange(1000) < 20, np.arange(1000.0), np.nan)}, "loop state is bad_data"),
     ],
 )
 @pytest.mark.parametrize("take", [st.identify, st.compare_models])

@@ -9,10 +9,12 @@ from stiction.diagnosis.identification.dead_zone import DeadZone
 from stiction.diagnosis.identification.result import ControllerFit, Identification, ProcessFit, Segment
 from stiction.diagnosis.loop_state import LoopState
 from stiction.diagnosis.result import Oscillation
+from stiction.diagnosis.segment import JudgedSegment
 from stiction.diagnosis.verdict.causes import OscillationCause
 from stiction.diagnosis.verdict.decision import Costs, decide
 from stiction.diagnosis.verdict.diagnosis import Diagnosis
 from stiction.records.assess import Quality
+from stiction.records.conditioned import condition
 
 RATIOS = {
     "good": 300.0, "dead_zone": 250.0, "relay_load": 80.0,
@@ -49,14 +51,21 @@ def make_oscillation(*, oscillating=True, period=60.0):
     return Oscillation(oscillating, period, 8.0, 1.0, 2.0, 30.0, 40, 10)
 
 
-def make_diagnosis(probability=0.95, state="in_control", *, causes=None, oscillating=True, costs=None, **changes):
+def make_segment(state="in_control", *, oscillating=True, **changes):
     op = 50.0 + np.sin(np.arange(1000.0))
+    record = st.LoopRecord("FIC-101", 1.0, op=op, pv=op)
     values = {
-        "record": st.LoopRecord("FIC-101", 1.0, op=op, pv=op), "verdict": decide(probability, costs or Costs()),
-        "probability": probability, "loop_state": LoopState(state, 0.0, 1000.0),
+        "record": record, "signals": condition(record), "loop_state": LoopState(state, 0.0, 1000.0),
         "oscillation": make_oscillation(oscillating=oscillating),
-        "oscillation_cause": OscillationCause(**{**CAUSES, **(causes or {})}),
-        "quality": Quality((), True, 1000, 1000.0, 0.0, 0, 1000), "identification": make_identification(),
-        "controller": make_controller(), "costs": costs or Costs(),
+        "quality": Quality((), True, 1000, 1000.0, 0.0, 0, 1000),
+    }  # fmt: skip
+    return JudgedSegment(**{**values, **changes})
+
+
+def make_diagnosis(probability=0.95, state="in_control", *, causes=None, oscillating=True, costs=None, **changes):
+    values = {
+        "segment": make_segment(state, oscillating=oscillating), "verdict": decide(probability, costs or Costs()),
+        "probability": probability, "oscillation_cause": OscillationCause(**{**CAUSES, **(causes or {})}),
+        "identification": make_identification(), "controller": make_controller(), "costs": costs or Costs(),
     }  # fmt: skip
     return Diagnosis(**{**values, **changes})

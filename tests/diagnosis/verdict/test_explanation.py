@@ -13,7 +13,7 @@ from stiction.diagnosis.verdict.explanation import ALTERNATIVE_TEXT, feature_lab
 from stiction.diagnosis.verdict.features import FEATURES
 from stiction.records.record import Provenance
 
-from .results import RATIOS, make_diagnosis, make_identification, make_zone
+from .results import RATIOS, make_diagnosis, make_identification, make_segment, make_zone
 
 
 @pytest.mark.parametrize("oscillating", [True, False])
@@ -93,22 +93,23 @@ def test_a_dead_zone_is_named_with_its_range():
 def test_parts_left_out_are_said():
     stretch = StateStretch("pv_frozen", 100, 300, 100.0, 300.0)
     state = LoopState("in_control", 0.0, 1000.0, 0.8, stretches=(stretch,))
-    assert "Left out: 20 % of the record (pv frozen)." in make_diagnosis(loop_state=state).reason
+    assert "Left out: 20 % of the record (pv frozen)." in make_diagnosis(segment=make_segment(loop_state=state)).reason
 
 
 def test_the_analysed_share_is_said_where_it_is_small():
     stretch = StateStretch("pv_frozen", 560, 630, 560.0, 630.0)
     state = LoopState("in_control", 0.0, 1000.0, 0.93, stretches=(stretch,))
-    found = make_diagnosis(loop_state=state)
+    found = make_diagnosis(segment=make_segment(loop_state=state))
     assert "Analysed" not in found.reason
-    part = replace(found, quality=replace(found.quality, first=630, last=1000))
+    quality = replace(found.quality, first=630, last=1000)
+    part = make_diagnosis(segment=make_segment(loop_state=state, quality=quality))
     assert "Left out: 7 % of the record (pv frozen). Analysed: 37 % of the record, samples 630 to 999." in part.reason
 
 
 def test_the_inner_loop_of_a_cascade_is_said():
     found = make_diagnosis()
     record = replace(found.record, provenance=replace(Provenance(), secondary_tag="FIC-102"))
-    assert "set point of FIC-102" in replace(found, record=record).reason
+    assert "set point of FIC-102" in make_diagnosis(segment=make_segment(record=record)).reason
 
 
 def test_the_position_is_named_where_it_was_compared():

@@ -8,6 +8,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from stiction.errors import StictionError
+from stiction.scratch import run_folder
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -29,7 +30,7 @@ def warm_reading() -> None:
     """Import what reads files."""
     from stiction.apps.web.read_files import read_files
 
-    with TemporaryDirectory() as folder:
+    with TemporaryDirectory(dir=run_folder()) as folder:
         path = f"{folder}/loop.csv"
         Path(path).write_text("time,PV,OP\n" + "".join(f"{k},{k % 5},{k % 7}\n" for k in range(100)), encoding="utf-8")
         read_files([(path, path)], {}, None, folder, 1_000_000)
@@ -39,7 +40,7 @@ def warm_page() -> None:
     """Import and compile what the page of a loop needs."""
     from stiction.apps.web.diagnose_loop import diagnose_loop
 
-    with TemporaryDirectory() as folder:
+    with TemporaryDirectory(dir=run_folder()) as folder:
         path = f"{folder}/record.parquet"
         _simulate_loop(1200.0).to_parquet(path)
         diagnose_loop(path, folder)

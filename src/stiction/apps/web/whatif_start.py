@@ -67,9 +67,7 @@ def start_from_diagnosis(diagnosis: Diagnosis, *, width: int = 1600) -> WhatIfSt
     RecordError
         When the record holds no PV, or too few samples.
     """
-    from stiction.compensation.twin import analysed_segment
-
-    segment = analysed_segment(diagnosis)
+    segment = diagnosis.segment.part
     if segment.pv is None or len(segment) < SHORTEST_RECORD_SAMPLES:
         raise RecordError(
             f"{len(segment)} samples of PV and OP can be used, too few to simulate; record at "

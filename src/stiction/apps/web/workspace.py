@@ -13,6 +13,7 @@ from stiction.apps.web.audit_loops import AuditLoops
 from stiction.apps.web.readings import Readings
 from stiction.apps.web.session_loops import SessionLoops
 from stiction.apps.web.uploads import Uploads
+from stiction.scratch import run_folder
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -48,7 +49,7 @@ class Workspace:
 @contextmanager
 def open_workspace(sources: ServedSources) -> Iterator[Workspace]:
     """Make the temporary folder, and delete it at the end."""
-    folder = Path(tempfile.mkdtemp(prefix="stiction-serve-"))
+    folder = Path(tempfile.mkdtemp(prefix="serve-", dir=run_folder()))
     try:
         for name in ("uploads", "readings", "session"):
             (folder / name).mkdir()

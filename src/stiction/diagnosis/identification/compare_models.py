@@ -8,17 +8,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.identification.candidates import joined
-from stiction.diagnosis.identification.identify_record import prepare_record
+from stiction.diagnosis.identification.identify_record import compared_signals, fit_segment
 from stiction.diagnosis.identification.model_fit import fit_kano, fit_stenman, model_fit
 from stiction.diagnosis.identification.process_fit import fit_process
 from stiction.diagnosis.identification.regression import one_thread
 from stiction.diagnosis.identification.three_parameter import fit_three_parameter
+from stiction.diagnosis.segment import judge_segment, require_in_control
 from stiction.display.json_form import Result
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stiction.diagnosis.identification.identify_record import PreparedRecord
+    from stiction.diagnosis.identification.identify_record import ComparedSignals, SegmentFit
     from stiction.diagnosis.identification.model_fit import ModelFit, PositionCosts
     from stiction.records.record import LoopRecord
 
@@ -110,7 +111,7 @@ def compare_models(record: LoopRecord, *, period: float | None = None, enough: f
     Raises
     ------
     RecordError
-        When the record has no PV, OP or PV does not vary, or fewer than 30 samples can be analysed.
+        When the record has no PV, the loop is out of control, or its data cannot be used.
     ParameterError
         When `period` is not positive or shorter than four samples.
 
@@ -137,8 +138,9 @@ def compare_models(record: LoopRecord, *, period: float | None = None, enough: f
     >>> st.compare_models(replace(st.simulate(loop, sp, 1400.0), mv=None), period=130.0).best
     'kano'
     """
-    prepared = prepare_record(record, period)
-    costs = prepared.costs
+    fitted = fit_segment(require_in_control(judge_segment(record, period=period)))
+    compared = compared_signals(fitted.segment, fitted.position)
+    costs = compared.costs
     good = costs.op.reshape(-1, costs.per_block).mean(axis=1)
     with one_thread():
         stenman, kano = fit_stenman(costs), fit_kano(costs)
@@ -148,17 +150,19 @@ def compare_models(record: LoopRecord, *, period: float | None = None, enough: f
         fits = {"stenman": stenman, "kano": kano, "three_parameter": three}
         best = min(fits.values(), key=lambda fit: fit.cost)
         samples = best.share * costs.n_predicted
-        found = {name: (fit.cost, fit.position, _parameters(name, fit, prepared)) for name, fit in fits.items()}
+        found = {
+            name: (fit.cost, fit.position, _parameters(name, fit, compared.op_interval)) for name, fit in fits.items()
+        }
         found["good"] = (float(costs.cost_of_positions(good[np.newaxis])[0]), good, {})
         shares = [
             ModelShare(
-                name, len(values), values, _explained(prepared, position),
+                name, len(values), values, _explained(fitted, compared, position),
                 best.share * cost + len(values) * float(np.log(samples)),
             )
             for name, (cost, position, values) in found.items()
         ]  # fmt: skip
-    compared = "pv" if prepared.position is None else "mv"
-    return ModelComparison(tuple(sorted(shares, key=lambda one: one.bic)), samples, compared, enough)
+    signal = "pv" if fitted.position is None else "mv"
+    return ModelComparison(tuple(sorted(shares, key=lambda one: one.bic)), samples, signal, enough)
 
 
 def _with_special_cases(costs: PositionCosts, fit: ModelFit, three: ModelFit, r: float, rests: float) -> ModelFit:
@@ -173,19 +177,19 @@ def _with_special_cases(costs: PositionCosts, fit: ModelFit, three: ModelFit, r:
     return model_fit(costs, found, costs.positions(np.array([found.best]))[0])
 
 
-def _parameters(model: str, fit: ModelFit, prepared: PreparedRecord) -> dict[str, float]:
+def _parameters(model: str, fit: ModelFit, op_interval: float) -> dict[str, float]:
     S, ratio, r, _ = (float(x) for x in fit.best)
     if model == "stenman":
         return {"d": S}
     if model == "kano":
         return {"S": S, "J": S * ratio}
-    return {"sb": 0.5 * S * (1.0 + ratio), "sj": S * ratio, "r": r / prepared.op_interval}
+    return {"sb": 0.5 * S * (1.0 + ratio), "sj": S * ratio, "r": r / op_interval}
 
 
-def _explained(prepared: PreparedRecord, position: NDArray[np.float64]) -> float:
+def _explained(fitted: SegmentFit, compared: ComparedSignals, position: NDArray[np.float64]) -> float:
     """Share of the recorded position, or of the PV in simulation, that a valve position explains [%]."""
-    if prepared.position is not None:
-        return 100.0 * prepared.position.regression.line(position).explained
-    signals, integrating = prepared.signals, prepared.record.integrating
-    process = fit_process(position, signals.pv, signals.period, prepared.controller.action, integrating)
+    if fitted.position is not None:
+        return 100.0 * fitted.position.regression.line(position).explained
+    signals, integrating = compared.signals, fitted.segment.part.integrating
+    process = fit_process(position, signals.pv, signals.period, fitted.controller.action, integrating)
     return 100.0 * (1.0 - process.error)

@@ -53,7 +53,10 @@ NEIGHBOURS = 3
 
 
 def fit_controller(
-    record: LoopRecord, steps: tuple[float, float] | None = None, is_averaged: bool | None = None
+    record: LoopRecord,
+    missing: NDArray[np.bool_] | None = None,
+    steps: tuple[float, float] | None = None,
+    is_averaged: bool | None = None,
 ) -> ControllerFit:
     """Fit OP = Kc (e + int e dt / Ti + Td de/dt) and name the form.
 
@@ -67,6 +70,8 @@ def fit_controller(
     ----------
     record : LoopRecord
         A record with PV; without SP, a constant one is assumed.
+    missing : ndarray of bool, shape (n_samples,), optional
+        Samples of which OP or PV was not recorded, where their gaps are filled.
     steps : (float, float), optional
         Quantisation steps of OP [% of span] and PV [its unit], when they are known.
     is_averaged : bool, optional
@@ -102,7 +107,7 @@ def fit_controller(
         raise RecordError(f"{record.tag} has no samples; a controller is fitted from OP and PV.")
     op, pv = forward_fill(record.op, fill_start=True), forward_fill(record.pv, fill_start=True)
     sp = np.full_like(pv, pv.mean()) if record.sp is None else forward_fill(record.sp, fill_start=True)
-    valid = np.isfinite(record.op) & np.isfinite(record.pv)
+    valid = np.isfinite(record.op) & np.isfinite(record.pv) if missing is None else ~missing
     if record.sp is not None:
         valid &= np.isfinite(record.sp)
     if record.auto is not None:

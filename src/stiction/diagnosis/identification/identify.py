@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from stiction.diagnosis.identification.process_fit import FittedProcess
     from stiction.diagnosis.identification.regression import Regression
     from stiction.diagnosis.identification.result import ControllerFit
+    from stiction.diagnosis.segment import JudgedSegment
 
 __all__ = ["ValveSearch", "identify_valve", "in_seconds", "pv_on_record", "search_record"]
 
@@ -120,21 +121,10 @@ def _surface(regression: Regression, grid: Candidates, max_S: float) -> Likeliho
     return LikelihoodSurface(S, ratio, good_valve_cost(regression) - cost)
 
 
-def identify_valve(
-    op: NDArray[np.float64],
-    pv: NDArray[np.float64],
-    dt: float,
-    period: float | None,
-    controller: ControllerFit,
-    integrating: bool | None = None,
-    gaps: NDArray[np.bool_] | None = None,
-) -> Identification:
-    """Identify stiction and process together, from OP [% of span] and PV [engineering units], filled in `gaps`.
-
-    Sampling period `dt` and `period` of the oscillation are in seconds, the latter None without one. The controller
-    gives the sign of the process gain; `integrating` None tries both kinds of process.
-    """
-    search = search_record(op, pv, None if period is None else period / dt, gaps)
+def identify_valve(segment: JudgedSegment, controller: ControllerFit) -> Identification:
+    """Identify stiction and process together from OP and PV; the controller gives the sign of the process gain."""
+    op, dt, period, integrating = segment.op, segment.dt, segment.period, segment.part.integrating
+    search = search_record(op, segment.pv, None if period is None else period / dt, segment.signals.gaps)
     signals, regression, valve = search.signals, search.regression, search.valve
     features = interval_features(
         op, valve, search.likelihood_ratios["good"], regression.half_cycles, exact=controller.exact

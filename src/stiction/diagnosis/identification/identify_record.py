@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -20,28 +20,21 @@ from stiction.diagnosis.identification.three_parameter import (
     rate_interval,
     three_parameter_positions,
 )
-from stiction.diagnosis.oscillation import find_oscillation
-from stiction.errors import ParameterError, RecordError
-from stiction.records.conditioned import condition
-from stiction.records.record import missing_pv_hint, require_record
+from stiction.diagnosis.segment import judge_segment, require_in_control
+from stiction.errors import ParameterError
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from stiction.diagnosis.identification.model_fit import ModelFit, PositionCosts
     from stiction.diagnosis.identification.position import PositionFit
     from stiction.diagnosis.identification.result import ControllerFit, Identification
     from stiction.diagnosis.identification.signals import BlockSignals
+    from stiction.diagnosis.segment import JudgedSegment
     from stiction.records.record import LoopRecord
 
-__all__ = ["MODELS", "PreparedRecord", "identify", "prepare_record"]
+__all__ = ["MODELS", "ComparedSignals", "SegmentFit", "compared_signals", "fit_segment", "identify"]
 
 MODELS = ("kano", "stenman", "three_parameter")
 """Valve models that are identified."""
-MIN_SAMPLES = 30
-"""Samples that must be known [-]."""
-NOT_USED = "The recorded valve position was not used: it has few values, does not follow OP, or is a copy of OP."
-"""Remark on a record whose position says nothing about the stem."""
 
 
 def identify(record: LoopRecord, model: str = "kano", *, period: float | None = None) -> Identification:
@@ -65,7 +58,7 @@ def identify(record: LoopRecord, model: str = "kano", *, period: float | None = 
     Raises
     ------
     RecordError
-        When the record has no PV, OP or PV does not vary, or fewer than 30 samples can be analysed.
+        When the record has no PV, the loop is out of control, or its data cannot be used.
     ParameterError
         When `model` is unknown, or `period` is not positive or shorter than four samples.
 
@@ -93,104 +86,68 @@ def identify(record: LoopRecord, model: str = "kano", *, period: float | None = 
     """
     if model not in MODELS:
         raise ParameterError(f"model = {model!r} cannot be identified; use {', '.join(map(repr, MODELS))}.")
-    prepared = prepare_record(record, period)
-    found = prepared.identify_kano()
+    segment = require_in_control(judge_segment(record, period=period))
+    fitted = fit_segment(segment)
     if model == "kano":
-        return found
+        return fitted.identification
     with one_thread():
-        fit = fit_stenman(prepared.costs) if model == "stenman" else fit_three_parameter(prepared.costs)
-        return _with_model(prepared, found, fit, model)
+        compared = compared_signals(segment, fitted.position)
+        fit = fit_stenman(compared.costs) if model == "stenman" else fit_three_parameter(compared.costs)
+        return _with_model(fitted, compared, fit, model)
 
 
 @dataclass(frozen=True, eq=False)
-class PreparedRecord:
-    """A record that is ready for the search of any valve model."""
+class SegmentFit:
+    """Controller, valve and process fitted to a judged segment."""
 
-    record: LoopRecord
-    """The part that is analysed."""
-    op: NDArray[np.float64]
-    """Its OP without gaps [% of span]."""
-    pv: NDArray[np.float64]
-    """Its PV without gaps [engineering units]."""
-    period: float | None
-    """Period of the oscillation [s]; None where there is none."""
+    segment: JudgedSegment
+    """The segment."""
     controller: ControllerFit
     """The controller, which gives the sign of the process gain."""
+    by_pv: Identification
+    """Valve and process by OP and PV."""
     position: PositionFit | None
-    """What the recorded position says; None where there is none that follows OP."""
+    """What the recorded valve position says; None where there is none that follows OP."""
+
+    @property
+    def identification(self) -> Identification:
+        """The valve by the recorded position where it says something, else by the PV; the process by the PV."""
+        return with_position(self.by_pv, self.position, recorded=self.segment.part.mv is not None)
+
+
+def fit_segment(segment: JudgedSegment) -> SegmentFit:
+    """Fit controller, Kano's valve and process to a judged segment, as `identify` and `diagnose` do."""
+    signals, mv = segment.signals, segment.part.mv
+    steps = signals.op_step, signals.pv_step
+    controller = fit_controller(segment.part, signals.missing, steps, segment.is_averaged)
+    position = None if mv is None else fit_position(segment.op, mv)
+    return SegmentFit(segment, controller, identify_valve(segment, controller), position)
+
+
+class ComparedSignals(NamedTuple):
+    """What the valves of other models are compared with."""
+
     signals: BlockSignals
     """The signals compared by the PV."""
     costs: PositionCosts
-    """What valve positions are compared with: the recorded position, or the PV."""
-
-    @property
-    def op_interval(self) -> float:
-        """Time between two values of OP in `costs` [s]."""
-        average = 1 if self.position is not None else self.signals.samples // self.signals.per_block
-        return average * self.record.dt
-
-    def identify_kano(self) -> Identification:
-        """S and J, and the process."""
-        found = identify_valve(self.op, self.pv, self.record.dt, self.period, self.controller, self.record.integrating)
-        if self.position is not None:
-            return with_position(found, self.position)
-        return replace(found, reason=f"{found.reason} {NOT_USED}".strip()) if self.record.mv is not None else found
+    """The recorded position, or the PV."""
+    op_interval: float
+    """Time between two values of OP in `costs` [s]."""
 
 
-def prepare_record(record: LoopRecord, period: float | None = None) -> PreparedRecord:
-    """Prepare a record for the search of valve models.
-
-    The part that is analysed, its oscillation and controller. Arguments and errors are those of `identify`.
-    """
-    require_record(record)
-    _check_period(record, period)
-    if record.pv is None:
-        raise RecordError(f"{record.tag} has no PV; identification needs OP and PV. {missing_pv_hint(record)}")
-    for name, signal in (("OP", record.op), ("PV", record.pv)):
-        known = signal[np.isfinite(signal)]
-        if known.size and not float(np.ptp(known)) > 1e-9 * float(np.abs(known).max()):
-            raise RecordError(f"{record.tag}: {name} does not vary; record while the controller moves the valve.")
-    conditioned = condition(record)
-    if conditioned.op.size < MIN_SAMPLES or conditioned.pv.size < MIN_SAMPLES or not conditioned.moves:
-        raise RecordError(
-            f"{record.tag}: {conditioned.op.size} samples in which both OP and PV vary can be analysed, {MIN_SAMPLES} "
-            "are needed; record longer, with the controller in automatic."
-        )
-    part = conditioned.record.window(conditioned.first, conditioned.last)
-    if period is None:
-        oscillation = find_oscillation(conditioned.part)
-        period = oscillation.period if oscillation.oscillating else None
-    elif np.isinf(period):
-        period = None
-    position = None if part.mv is None else fit_position(conditioned.op, part.mv)
-    # Blocks finer than those of a diagnosis: r shows in how the stem moves from sample to sample.
+def compared_signals(segment: JudgedSegment, position: PositionFit | None) -> ComparedSignals:
+    """Prepare the search of other models, on blocks finer than Kano's: r shows in how the stem moves."""
     signals = block_signals(
-        conditioned.op, conditioned.pv, None if period is None else period / record.dt,
+        segment.op, segment.pv, None if segment.period is None else segment.period / segment.dt,
         samples_per_period=30.0, min_blocks=1200, max_blocks=4000,
     )  # fmt: skip
-    return PreparedRecord(
-        part, conditioned.op, conditioned.pv, period, fit_controller(part), position, signals,
-        build_regression(signals.op, signals.pv, signals.per_block, signals.time_scale)
-        if position is None else position.regression,
-    )  # fmt: skip
+    if position is not None:
+        return ComparedSignals(signals, position.regression, segment.dt)
+    costs = build_regression(signals.op, signals.pv, signals.per_block, signals.time_scale)
+    return ComparedSignals(signals, costs, signals.samples // signals.per_block * segment.dt)
 
 
-def _check_period(record: LoopRecord, period: float | None, *, min_samples: float = 4.0) -> None:
-    if period is None:
-        return
-    if not period > 0.0:
-        raise ParameterError(
-            f"period = {period:g} s is not positive; give the period of the oscillation, leave it out to estimate "
-            "it, or give inf if nothing oscillates."
-        )
-    if period < min_samples * record.dt:
-        raise ParameterError(
-            f"period = {period:g} s is shorter than {min_samples:g} samples of {record.dt:g} s; give the period of "
-            "the oscillation, leave it out to estimate it, or record faster."
-        )
-
-
-def _with_model(prepared: PreparedRecord, known: Identification, fit: ModelFit, model: str) -> Identification:
+def _with_model(fitted: SegmentFit, compared: ComparedSignals, fit: ModelFit, model: str) -> Identification:
     """An identification with the valve of a fit in place of Kano's."""
     S, ratio, third, start = (float(x) for x in fit.best)
     r = third if model == "three_parameter" else np.inf
@@ -198,27 +155,29 @@ def _with_model(prepared: PreparedRecord, known: Identification, fit: ModelFit, 
     likely, bands = likely_candidates(fit.found.cost, fit.share), 0.5 * rows[:, 0] * (1.0 + rows[:, 1])
     margin = RESOLUTION * S
     S_range, J_range = likely_range(rows[:, 0], likely, margin), likely_range(rows[:, 0] * rows[:, 1], likely, margin)
-    dt, signals = prepared.op_interval, prepared.signals
+    known, segment = fitted.identification, fitted.segment
+    (signals, costs, dt), record_dt = compared, segment.dt
     if model == "stenman":
         parameters, intervals = {"d": S}, {"d": S_range}
     else:
-        low, high = rate_interval(fit, op_moves(prepared.costs.op))
+        low, high = rate_interval(fit, op_moves(costs.op))
         parameters = {"sb": 0.5 * S * (1.0 + ratio), "sj": S * ratio, "r": r / dt}
         intervals = {"sb": likely_range(bands, likely, margin), "sj": J_range, "r": (low / dt, high / dt)}
-    average = signals.samples // signals.per_block * prepared.record.dt / dt
+    average = signals.samples // signals.per_block * record_dt / dt
     blocks = three_parameter_positions(signals.op, signals.per_block, np.array([[S, ratio, r * average, start]]))[0]
-    stem = three_parameter_positions(prepared.op, 1, np.array([[S, ratio, r * prepared.record.dt / dt, start]]))[0]
-    process = fit_process(blocks, signals.pv, signals.period, prepared.controller.action, prepared.record.integrating)
+    stem = three_parameter_positions(segment.op, 1, np.array([[S, ratio, r * record_dt / dt, start]]))[0]
+    action, integrating = fitted.controller.action, segment.part.integrating
+    process = fit_process(blocks, signals.pv, signals.period, action, integrating)
     found = replace(
         known, model=model, S=S, J=S * ratio, S_low=S_range[0], S_high=S_range[1], J_low=J_range[0],
-        J_high=J_range[1], mv=stem, process=in_seconds(process, signals.samples * prepared.record.dt),
-        pv=pv_on_record(signals, blocks, process, prepared.op.size), fit=100.0 * (1.0 - process.error),
+        J_high=J_range[1], mv=stem, process=in_seconds(process, signals.samples * record_dt),
+        pv=pv_on_record(signals, blocks, process, segment.op.size), fit=100.0 * (1.0 - process.error),
         parameters=parameters, parameter_intervals=intervals, segments=(), interval_features=(),
     )  # fmt: skip
-    if prepared.position is not None:
-        residual = prepared.costs.residuals(fit.position[np.newaxis])[0]
+    if fitted.position is not None:
+        residual = costs.residuals(fit.position[np.newaxis])[0]
         linear = 1.0 - known.fit_linear / 100.0
-        good = prepared.costs.residuals(prepared.costs.op[np.newaxis])[0]
+        good = costs.residuals(costs.op[np.newaxis])[0]
         unexplained = float(residual @ residual) / float(good @ good) * linear
         found = replace(found, fit=100.0 * (1.0 - unexplained))
     return replace(found, reason=" ".join(filter(None, (known.reason, _open_parameters(found)))))

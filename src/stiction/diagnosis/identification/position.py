@@ -80,9 +80,10 @@ def fit_position(
     ('stiction', 3.0)
     """
     signal = position_signal(op, position)
-    if signal is None:
+    compared = None if signal is None else position_regression(signal)
+    if compared is None or not float(np.ptp(compared.position)) > 1e-9 * abs(compared.level):
         return None
-    regression, good, play, sticky, jump = _search(position_regression(signal), min_S)
+    regression, good, play, sticky, jump = _search(compared, min_S)
     residual = regression.residuals(regression.positions(np.array([sticky.best])))[0]
     share = independent_share(residual)
     cost = [float(found.cost.min()) for found in (good, play, sticky)]
@@ -166,11 +167,18 @@ def _ranges(found: Candidates, share: float) -> tuple[tuple[float, float], tuple
     return likely_range(S, likely, margin), likely_range(S * ratio, likely, margin)
 
 
-def with_position(found: Identification, position: PositionFit) -> Identification:
+NOT_USED = "The recorded valve position was not used: it has few values, does not follow OP, or is a copy of OP."
+"""Remark on a record whose position says nothing about the stem."""
+
+
+def with_position(found: Identification, position: PositionFit | None, *, recorded: bool) -> Identification:
     """Put S and J of the recorded position in place of those by the PV; the process stays the one by the PV.
 
-    S and J with their intervals, the stem and the explained shares are those of the position.
+    S and J with their intervals, the stem and the explained shares are those of the position. Where one was `recorded`
+    that says nothing, a remark says so.
     """
+    if position is None:
+        return replace(found, reason=f"{found.reason} {NOT_USED}".strip()) if recorded else found
     S, J = position.valve.S, position.valve.S * position.valve.ratio
     return replace(
         found, S=S, J=J, S_low=position.S_range[0], S_high=position.S_range[1], J_low=position.J_range[0],

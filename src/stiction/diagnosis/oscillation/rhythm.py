@@ -20,6 +20,7 @@ SHORTEST = 4.0  # samples per period below which a wave cannot be told from nois
 FEWEST = 3.0  # periods a record must hold
 CHANCE = 1.5  # autocorrelation one period later times sqrt(periods): noise of any colour stays below, see the tests
 INTERVALS = 11  # intervals between zero crossings used, the first skipped (Thornhill 2003)
+LEAST_HEIGHT = 0.1  # autocorrelation one period later: the filter of an octave alone leaves white noise up to 0.06
 LAGS = 13.0  # lags looked at, over the middle of the octave: 12 half periods, 8 periods for the eye
 MOST_REGULAR = 10.0  # reported at most
 LONG = 8192  # samples above which slow octaves are searched in means of samples
@@ -44,7 +45,7 @@ class Rhythm(NamedTuple):
     @property
     def repeats(self) -> bool:
         """Whether the wave comes back more than noise in a band would."""
-        return bool(self.height * np.sqrt(self.cycles) > CHANCE)
+        return bool(self.height * np.sqrt(self.cycles) > CHANCE and self.height > LEAST_HEIGHT)
 
     @property
     def regular(self) -> bool:

@@ -19,17 +19,9 @@ __all__ = ["about_drift", "control_error", "error_name", "filled", "half_cycles"
 
 
 def control_error(record: LoopRecord) -> NDArray[np.float64] | None:
-    """SP - PV, or -PV where no set point is known (see `records.analysis_window.forward_fill_sp`).
+    """SP - PV, or -PV where no set point is known, shape (n_samples,) [engineering units]; None where PV does not move.
 
-    Parameters
-    ----------
-    record : LoopRecord
-        The loop.
-
-    Returns
-    -------
-    ndarray, shape (n_samples,), or None
-        The error, missing values bridged by straight lines [engineering units]; None where PV does not move.
+    Missing values are bridged by straight lines, and those of the set point as `forward_fill_sp` does.
 
     Examples
     --------
@@ -47,17 +39,7 @@ def control_error(record: LoopRecord) -> NDArray[np.float64] | None:
 
 
 def error_name(record: LoopRecord) -> str:
-    """Say what `control_error` is of a record: no error is known without a set point.
-
-    Parameters
-    ----------
-    record : LoopRecord
-        The loop.
-
-    Returns
-    -------
-    str
-        Its name as it begins a sentence.
+    """Name `control_error` of a record as it begins a sentence: no error is known without a set point.
 
     Examples
     --------
@@ -73,18 +55,9 @@ def error_name(record: LoopRecord) -> str:
 
 
 def filled(x: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
-    """Bridge missing values by straight lines.
+    """Bridge missing values by straight lines, shape (n_samples,) [unit of `x`].
 
-    Parameters
-    ----------
-    x : ndarray, shape (n_samples,), or None
-        Signal [any unit]; NaN are missing.
-
-    Returns
-    -------
-    ndarray, shape (n_samples,), or None
-        The signal without gaps, its ends held; None where under half of it or under 8 samples are there, or where it
-        never moves.
+    None where under half of the signal or under 8 samples are there, or where it never moves.
 
     Examples
     --------
@@ -105,19 +78,9 @@ def filled(x: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
 
 
 def smooth(x: NDArray[np.float64], width: float) -> NDArray[np.float64]:
-    """Centred moving average, with straight lines beyond the ends.
+    """Centred moving average over `width` samples, a fractional number [-], with straight lines beyond the ends.
 
-    Parameters
-    ----------
-    x : ndarray, shape (n_samples,)
-        Signal without gaps [any unit].
-    width : float
-        Samples averaged, a fractional number [-].
-
-    Returns
-    -------
-    ndarray, shape (n_samples,)
-        The average [unit of `x`].
+    Shape and unit are those of `x`, which has no gaps.
 
     Examples
     --------
@@ -168,19 +131,9 @@ def _smooth(long, half, whole, total, out):
 
 
 def about_drift(x: NDArray[np.float64], samples_per_period: float) -> NDArray[np.float64]:
-    """Take off the moving average over one period: the wave stays as it is, slower drift goes.
+    """Take off the moving average over one period [samples]: the wave stays as it is, slower drift goes.
 
-    Parameters
-    ----------
-    x : ndarray, shape (n_samples,)
-        Signal without gaps [any unit].
-    samples_per_period : float
-        Period over sampling period [-].
-
-    Returns
-    -------
-    ndarray, shape (n_samples,)
-        The signal about its drift [unit of `x`].
+    Shape and unit are those of `x`, which has no gaps.
 
     Examples
     --------

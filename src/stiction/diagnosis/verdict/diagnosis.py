@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from stiction.diagnosis.loop_state import describe_action, describe_state
-from stiction.diagnosis.verdict.causes import closest_alternative
+from stiction.diagnosis.verdict.causes import OscillationCause, closest_alternative
 from stiction.diagnosis.verdict.decision import DEFAULT_PRIOR, Costs
 from stiction.diagnosis.verdict.explanation import explain_action, explain_reason
 from stiction.diagnosis.verdict.model import log_odds, stiction_model
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from stiction.diagnosis.identification.result import ControllerFit, Identification
     from stiction.diagnosis.loop_state import LoopState
     from stiction.diagnosis.result import Evidence, Oscillation, Verdict
-    from stiction.diagnosis.verdict.causes import OscillationCause
+    from stiction.diagnosis.segment import JudgedSegment
     from stiction.diagnosis.verdict.model import Contribution
     from stiction.records.assess import Quality
     from stiction.records.record import LoopRecord
@@ -28,7 +28,16 @@ __all__ = ["Diagnosis"]
 
 @dataclass(frozen=True, slots=True)
 class Diagnosis(ResultDisplay, kind="verdict"):
-    """Whether the valve of a loop sticks, how much, how sure that is, and what to do."""
+    """Whether the valve of a loop sticks, how much, how sure that is, and what to do.
+
+    Examples
+    --------
+    >>> import stiction as st
+    >>> loop = st.Loop(st.PID(0.2, 10.0), st.Kano(5.0, 2.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
+    >>> found = st.diagnose(st.simulate(loop, sp=10.0, duration=2000.0, loop_type="flow"))
+    >>> isinstance(found, st.Diagnosis), found.verdict
+    (True, 'stiction')
+    """
 
     _json_keys = (
         "record.provenance.source as file", "record.tag as tag", "verdict", "probability", "prior", "reason", "action",
@@ -36,20 +45,14 @@ class Diagnosis(ResultDisplay, kind="verdict"):
         "oscillation", "oscillation_cause", "average_log_odds", "contributions as features", "evidence", "quality",
     )  # fmt: skip
 
-    record: LoopRecord = field(repr=False)
-    """The record, outliers masked; `quality.first` and `quality.last` bound the part that was analysed."""
+    segment: JudgedSegment = field(repr=False)
+    """The part of the record that was judged, with loop state, oscillation and data checks."""
     verdict: Verdict
     """`stiction`, `no_stiction` or `undecided`."""
     probability: float = field(metadata=FOUR_DECIMALS)
     """Probability that the valve sticks [-]; the prior where the record cannot be judged."""
-    loop_state: LoopState
-    """Whether the controller moves the valve and the process answers; else nothing is said about the valve."""
-    oscillation: Oscillation
-    """Whether and how the loop oscillates."""
-    oscillation_cause: OscillationCause
-    """What makes the loop oscillate."""
-    quality: Quality
-    """The data checks."""
+    oscillation_cause: OscillationCause = field(default_factory=lambda: OscillationCause(0.0, 0.0, 0.0, 0.0, 0.0))
+    """What makes the loop oscillate; all 0 where the record cannot be judged."""
     evidence: tuple[Evidence, ...] = ()
     """What each published method says."""
     identification: Identification | None = None
@@ -66,6 +69,26 @@ class Diagnosis(ResultDisplay, kind="verdict"):
     """Costs of a wrong call."""
     settings: dict[str, Any] = field(default_factory=dict)
     """What a caller adds."""
+
+    @property
+    def record(self) -> LoopRecord:
+        """The record, outliers missing; `quality.first` and `quality.last` bound the part that was judged."""
+        return self.segment.record
+
+    @property
+    def loop_state(self) -> LoopState:
+        """Whether the controller moves the valve and the process answers; else nothing is said about the valve."""
+        return self.segment.loop_state
+
+    @property
+    def oscillation(self) -> Oscillation:
+        """Whether and how the loop oscillates."""
+        return self.segment.oscillation
+
+    @property
+    def quality(self) -> Quality:
+        """The data checks."""
+        return self.segment.quality
 
     @property
     def reason(self) -> str:

@@ -24,7 +24,7 @@ def compare_readings(found: Sequence[Diagnosis]) -> Diagnosis:
         origin = first.record.provenance
         note = f"The verdict is the same with each reading of the quality codes: {' '.join(read[1:])}"
         origin = replace(origin, assumptions=(*origin.assumptions, note))
-        return replace(first, record=replace(first.record, provenance=origin))
+        return replace(first, segment=replace(first.segment, record=replace(first.record, provenance=origin)))
     given = " ".join(
         f"{text} Verdict: {one.verdict.replace('_', ' ')}, probability {one.probability:.2f}."
         for text, one in zip(read, found, strict=True)
@@ -32,8 +32,5 @@ def compare_readings(found: Sequence[Diagnosis]) -> Diagnosis:
     ask = "name the good codes (--good-codes, in Python good_codes=, or the column good of a map)."
     why = f"The quality codes can be read in {len(found)} ways, with different verdicts; {ask} {given}"
     state = replace(first.loop_state, state="bad_data", share=1.0, rejects=(why,))
-    none = replace(first.oscillation_cause, **dict.fromkeys(first.oscillation_cause.__dataclass_fields__, 0.0))
-    return Diagnosis(
-        first.record, "undecided", first.prior, state, first.oscillation, none, first.quality,
-        prior=first.prior, costs=first.costs,
-    )  # fmt: skip
+    segment = replace(first.segment, loop_state=state)
+    return Diagnosis(segment, "undecided", first.prior, prior=first.prior, costs=first.costs)

@@ -75,7 +75,7 @@ def exact_limit_cycles(
     --------
     >>> import stiction as st
     >>> loop = st.Loop(st.PID.parallel(0.5, 1.0, 0.1), st.Stenman(0.5), st.TransferFunction([1], [5, 6, 1]), dt=0.01)
-    >>> [(c.family, round(c.period, 2)) for c in exact_limit_cycles(loop)]
+    >>> [(c.family, round(c.period, 2)) for c in st.exact_limit_cycles(loop)]
     [('half', 21.12), ('half', 16.24), ('integer', 17.6), ('integer', 15.66)]
     """
     chosen = None if families is None else require_families(families)

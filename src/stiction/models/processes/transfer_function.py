@@ -38,7 +38,7 @@ class StateSpace:
 
     Examples
     --------
-    >>> from stiction import StateSpace
+    >>> from stiction.models import StateSpace
     >>> StateSpace([[-0.1]], [1.0], [0.3], dead_time=2.0).at(0.0).real.round(6)
     np.float64(3.0)
     """

@@ -21,6 +21,11 @@ def ideal_step(op: float, s: ValveState) -> ValveState:
 class Ideal(Valve):
     """A valve without friction.
 
+    Raises
+    ------
+    ParameterError
+        When the travel is not two ascending positions.
+
     Examples
     --------
     >>> import stiction as st

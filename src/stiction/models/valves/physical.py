@@ -151,9 +151,13 @@ class PhysicalValve(Valve):
             if getattr(self, name) is not None:
                 number = to_si(name, getattr(self, name), unit)
                 object.__setattr__(self, name, number if name == "preload" else require_positive(name, number, unit))
-        object.__setattr__(self, "pressure_range", self._pressures())
+        object.__setattr__(self, "pressure_range", self._read_pressures())
 
     def _pressures(self) -> tuple[float, float]:
+        """Pressures at the ends of the OP, read when the valve was made [Pa]."""
+        return self.pressure_range  # type: ignore[return-value]
+
+    def _read_pressures(self) -> tuple[float, float]:
         if self.pressure_range is None:
             return (0.0, self.spring_rate * self.stroke / self.area)
         try:
@@ -203,7 +207,7 @@ class PhysicalValve(Valve):
         if self.preload is None:
             return 0.0
         low, high = self._pressures()
-        preload = to_si("preload", self.preload, "N")
+        preload = float(self.preload)
         if self.air_to_open:
             return self.area * low - preload - self.fluid_force
         return self.spring_rate * self.stroke + preload + self.fluid_force - self.area * high

@@ -113,14 +113,13 @@ class Srinivasan(Valve):
                 f"r = {rate:g} %/s is negative; give 0 or more (with infinity the stem never follows)."
             )
         object.__setattr__(self, "r", rate)
-        band, jump = self.tables()
-        for x in np.union1d(band.position, jump.position):
-            for speed in np.union1d(_rates(band), _rates(jump)):
-                if jump.at(x, speed) > 2.0 * band.at(x, speed) * (1.0 + TIE_TOLERANCE):
-                    raise ParameterError(
-                        f"sj = {jump.at(x, speed):g} % exceeds 2 sb = {2.0 * band.at(x, speed):g} %: the stem would "
-                        "jump back and forth; give sj <= 2 sb."
-                    )
+        if isinstance(self.sb, Table) or isinstance(self.sj, Table):
+            band, jump = self.tables()
+            for x in np.union1d(band.position, jump.position):
+                for speed in np.union1d(_rates(band), _rates(jump)):
+                    _require_jump(band.at(x, speed), jump.at(x, speed))
+        else:
+            _require_jump(self.sb, self.sj)
 
     @property
     def code(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride]
@@ -142,6 +141,14 @@ class Srinivasan(Valve):
             return (slow, dt, float(5 + band.size), *band, *jump)
         sj = self.sj if self.as_printed else self.sb - self.sj
         return (self.sb * (1.0 + TIE_TOLERANCE), sj, slow)
+
+
+def _require_jump(sb: float, sj: float) -> None:
+    """Refuse a stick jump beyond twice the stick band [% of span]."""
+    if sj > 2.0 * sb * (1.0 + TIE_TOLERANCE):
+        raise ParameterError(
+            f"sj = {sj:g} % exceeds 2 sb = {2.0 * sb:g} %: the stem would jump back and forth; give sj <= 2 sb."
+        )
 
 
 def _rates(table: Table) -> NDArray[np.float64]:

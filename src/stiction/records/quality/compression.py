@@ -250,6 +250,8 @@ def _is_scaled_copy(x: NDArray[np.float64], y: NDArray[np.float64], x_step: floa
     if np.abs(np.diff(x, 2)).max() <= EXACT * peak_to_peak(x):
         return False
     a, b = x - x.mean(), y - y.mean()
+    x_size, y_size = (float(np.abs(one).max()) or 1.0 for one in (a, b))  # squares of tiny signals would vanish
+    a, b, x_step, y_step = a / x_size, b / y_size, x_step / x_size, y_step / y_size
     power, other = float(np.mean(a * a)), float(np.mean(b * b))
     slope = float(np.mean(a * b)) / other if other > 0.0 else 0.0
     # Rounding to a step leaves a variance of a twelfth of its square; twice that is allowed.

@@ -85,7 +85,7 @@ def open_records(path: str | os.PathLike[str], keep: object = None) -> StoredRec
             return None
         for loop in loops:
             _record(loop, pl.DataFrame(schema=dict.fromkeys(("op", *loop["signals"]), pl.Float64)))
-    except (KeyError, TypeError, ValueError, AttributeError, pl.exceptions.PolarsError):
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError, RecursionError, pl.exceptions.PolarsError):
         return None
     return found
 

@@ -14,6 +14,7 @@ from stiction.sources.layouts import (
     time_value_pairs,
     wide,
 )
+from stiction.sources.layouts.aggregates import take_averages
 from stiction.sources.layouts.headings import parse_role, table_headings
 
 if TYPE_CHECKING:
@@ -64,6 +65,7 @@ def read_layout(tables: Sequence[RawTable], options: ReadOptions) -> list[TagCol
     """
     columns: list[TagColumn] = []
     for table in _join_pieces(tables):
+        table = take_averages(table, options)
         layout = next(layout for layout in LAYOUTS if layout.recognises(table, options))
         columns += layout.read(table, options)
     return columns

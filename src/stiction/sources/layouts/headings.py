@@ -20,6 +20,8 @@ from stiction.sources.time.parse import parse_time
 from stiction.sources.time.stamps import unread_stamp_error
 from stiction.sources.time.text_stamps import is_timestamp
 from stiction.sources.time.time_columns import find_time_columns, is_time_heading
+from stiction.sources.values.numeric_cells import parse_numbers
+from stiction.sources.values.units import to_one_unit
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -185,6 +187,19 @@ def pick_rows(column: TagColumn, rows: Rows, clock: Clock | None, **changes: Any
 
     flags = {heading: pick(load) for heading, load in column.flags.items()}
     return replace(column, clock=clock, load=pick(column.load), flags=flags, **changes)
+
+
+def convert_units(column: TagColumn, units: pl.Series) -> None:
+    """Convert the cells of a column, whose unit changes from row to row, to the unit of most of its rows."""
+    import polars as pl
+
+    table, where = column.table, f"{column.table.origin.name}, column {column_label(column)}"
+    texts = units.cast(pl.String).fill_null("").str.strip_chars()
+    names = texts.unique(maintain_order=True).to_list()
+    codes = texts.replace_strict(names, range(len(names)), return_dtype=pl.Int64).to_numpy()
+    found = to_one_unit(parse_numbers(column.load(), table.decimal, where=where).values, names, codes, where)
+    column.load, column.unit = lambda: pl.Series(found.values), found.unit
+    table.notes += [f"{column_label(column)}: {found.note}"] if found.note else []
 
 
 def pick_stamps(clock: Clock, rows: Rows) -> Clock:

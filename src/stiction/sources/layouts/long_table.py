@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from stiction.errors import RecordError
 from stiction.sources.layouts import headings
+from stiction.sources.layouts.series_columns import find_series_columns
 from stiction.sources.roles.column_names import normalise_name
 from stiction.sources.roles.group_columns import flag_role
 from stiction.sources.roles.vocabulary import COLUMN_WORDS
@@ -14,6 +17,9 @@ from stiction.sources.values.number_text import is_number
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    import polars as pl
+    from numpy.typing import NDArray
 
     from stiction.sources.options import ReadOptions
     from stiction.sources.table import RawTable, TagColumn
@@ -55,7 +61,7 @@ def find_long_columns(names: Sequence[str], sample: Sequence[Sequence[str]] = ()
     tag_cells = set(cells[found["tag"]]) if "tag" in found else set()
     if any((pair := headings.parse_role(cell)) and not pair[0] for cell in tag_cells):
         free = [i for i in range(len(names)) if i not in {*found.values(), *flags} and cells[i]]
-        owners = [i for i in free if words[i] in (*COLUMN_WORDS["tag"], *COLUMN_WORDS["loop_name"])]
+        owners = [i for key in ("tag", "loop_name") for i in free if words[i] in COLUMN_WORDS[key]]
         owners = owners or [i for i in free if _are_texts(cells[i], decimal)]
         found |= {"owner": owners[0]} if owners else {}
     return found if {"tag", "value"} <= set(found) else {}
@@ -116,17 +122,14 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
     table.load(found[key] for key in _TEXTS if key in found)
     texts = {key: table.column(found[key]).cast(pl.String).fill_null("") for key in _TEXTS if key in found}
     keys = [key for key in ("owner", "tag") if key in found]
-    tags = (
-        pl.LazyFrame(texts)
-        .with_row_index("row")
-        .filter(pl.Series(readable))
-        .group_by(keys, maintain_order=True)
-        .agg("row", *(pl.col(key).first() for key in texts if key not in keys))
-        .with_columns(pl.col(*keys).str.strip_chars())
-        .filter(pl.col("tag") != "")
-        .with_columns(pl.lit("").alias(key) for key in _TEXTS if key not in found)
-        .collect()
-    )
+    tags = _group(texts, keys, readable)
+    series: list[int] = []
+    if not all(map(_is_single, (clock.stamps.seconds[one.to_numpy()] for one in tags["row"]))):
+        free = set(range(table.width)) - {*found.values(), *time, *headings.flag_positions(table)}
+        series = find_series_columns(table, texts, keys, clock.stamps.seconds, sorted(free))
+        texts |= {f"series {i}": table.column(i).cast(pl.String).fill_null("") for i in series}
+        tags = _group(texts, [*(f"series {i}" for i in series), *keys], readable) if series else tags
+    units = texts.get("unit") if (tags["n_units"] > 1).any() else None
     del texts
     table.drop(found[key] for key in _TEXTS if key in found)
     if tags.height > MAX_TAGS:
@@ -137,12 +140,45 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
     # Each owner with one signal is a description, not a loop.
     is_loop = (pl.col("owner") != "") & (pl.lit(tags.height) > pl.col("owner").n_unique())
     tags = tags.with_columns(name=pl.when(is_loop).then(pl.format("{}.{}", "owner", "tag")).otherwise("tag"))
+    for i in series:
+        tags = tags.with_columns(name=pl.format("{}.{}", f"series {i}", "name"))
+        named = headings.table_headings(table).names[i] or f"column {i}"
+        table.notes.append(f"Column {named} is part of the tags, as it tells series apart that have the same times.")
     whole = headings.heading_column(table, found["value"], clock)
     whole.flags = headings.flag_loaders(table, {*headings.flag_positions(table)} - {*found.values(), *time})
     rows = [one.to_numpy() for one in tags["row"]]
     clocks = headings.share_clocks([headings.pick_stamps(clock, one) for one in rows])
     texts_of_tags = tags.select("name", "unit", "description").iter_rows(named=True)
-    return [
+    columns = [
         headings.pick_rows(whole, one, own, **text, position=None, own_clock=True)
         for text, one, own in zip(texts_of_tags, rows, clocks, strict=True)
     ]
+    for column, one, n_units in zip(columns, rows, tags["n_units"], strict=True):
+        if units is not None and n_units > 1:
+            headings.convert_units(column, units.gather(one))
+    return columns
+
+
+def _group(texts: dict[str, pl.Series], keys: list[str], readable: NDArray[np.bool_]) -> pl.DataFrame:
+    """Give the rows of each series, its first unit and description, and how many units it has."""
+    import polars as pl
+
+    first = [pl.col(key).first() for key in texts if key not in keys]
+    n_units = pl.col("unit").n_unique() if "unit" in texts else pl.lit(1)
+    return (
+        pl.LazyFrame(texts)
+        .with_row_index("row")
+        .filter(pl.Series(readable))
+        .group_by(keys, maintain_order=True)
+        .agg("row", *first, n_units.alias("n_units"))
+        .with_columns(pl.col(*keys).str.strip_chars())
+        .filter(pl.col("tag") != "")
+        .with_columns(pl.lit("").alias(key) for key in _TEXTS if key not in texts)
+        .collect()
+    )
+
+
+def _is_single(seconds: NDArray[np.float64]) -> bool:
+    """Whether times rise or fall all along, so that none is there twice."""
+    steps = np.diff(seconds)
+    return bool((steps > 0.0).all() or (steps < 0.0).all())

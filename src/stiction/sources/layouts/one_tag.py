@@ -55,6 +55,9 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
         column.name = tag
         headings.forget_note_on_lines_above(table)
     column.name = _name_by_file(column.name, table.origin)
+    words = [normalise_name(name) for name in headings.table_headings(table).names]
+    if unit := next((i for i, word in enumerate(words) if word in UNIT_HEADINGS), None):
+        headings.convert_units(column, table.column(unit))
     column.flags = headings.flag_loaders(table, {*headings.flag_positions(table)} - {*no_signals, value})
     return [column]
 

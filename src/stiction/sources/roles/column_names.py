@@ -13,7 +13,16 @@ from stiction.sources.roles import vocabulary
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-__all__ = ["HeaderNames", "header_names", "is_unit", "normalise_name", "parse_column_name", "role_of", "unit_in_name"]
+__all__ = [
+    "HeaderNames",
+    "header_names",
+    "is_unit",
+    "normalise_name",
+    "parse_column_name",
+    "role_of",
+    "split_aggregate",
+    "unit_in_name",
+]
 
 _ROLE_OF_WORD = {word: role for role, words in vocabulary.SIGNAL_WORDS.items() for word in words}
 _ROLE_OF_WORD |= {
@@ -38,6 +47,11 @@ _MEASURED = _any_of(word for word, role in _ROLE_OF_WORD.items() if role in ("pv
 _WORD_UNIT = re.compile(
     rf"\s*[\"']?((?:.*[^./\\:|_\s-](?:[./\\:|_-]+|[./\\:|_\s-]+(?!CO\b)))?(?:{_MEASURED}))[_\s]+"
     rf"({_any_of(vocabulary.UNIT_WORDS)})[\"']?\s*",
+    re.IGNORECASE,
+)
+_AGGREGATE = re.compile(
+    rf"(.*?)[\s._:/-]*[(\[]?(?<![a-z0-9])({_any_of(vocabulary.AGGREGATES)})[)\]]?"
+    rf"|({_any_of(vocabulary.AGGREGATES)})[\s_.(]+(.*?)\)?",
     re.IGNORECASE,
 )
 _DATE_FORMAT = re.compile(r"[dmyhsfapDMYHSFAPTZ:./ -]+")
@@ -111,6 +125,25 @@ def parse_column_name(name: str) -> tuple[str, str] | None:
     return None
 
 
+@lru_cache(maxsize=4096)
+def split_aggregate(name: str) -> tuple[str, str]:
+    """Split a column name into the name of a signal and average, minimum, maximum or other; "" where it names none.
+
+    Examples
+    --------
+    >>> split_aggregate("FIC-101.PV (Avg) [t/h]"), split_aggregate("min(FIC-101.PV)"), split_aggregate("FIC-101.PV")
+    (('FIC-101.PV [t/h]', 'average'), ('FIC-101.PV', 'minimum'), ('FIC-101.PV', ''))
+    """
+    plain, unit = name.strip(), ""
+    found, bracketed = _AGGREGATE.fullmatch(plain), vocabulary.UNIT_IN_BRACKETS.search(plain)
+    if not found and bracketed:
+        found, unit = _AGGREGATE.fullmatch(plain[: bracketed.start()]), f" {bracketed[0].strip()}"
+    if not found:
+        return name, ""
+    base, word = (found[1], found[2]) if found[2] else (found[4], found[3])
+    return f"{base}{unit}".strip(), vocabulary.AGGREGATES[word.upper()]
+
+
 def header_names(header: Sequence[Sequence[str]]) -> HeaderNames:
     """Choose names, units and descriptions out of the header rows of a table, in any order.
 
@@ -122,7 +155,8 @@ def header_names(header: Sequence[Sequence[str]]) -> HeaderNames:
         return HeaderNames([], [], [])
 
     def score(names: Sequence[str]) -> int:
-        pairs = Counter(filter(None, map(parse_column_name, names)))
+        split = map(split_aggregate, names)
+        pairs = Counter((pair, kind) for base, kind in split if (pair := parse_column_name(base)))
         return len(pairs) + sum(map(is_time_heading, names)) - 2 * (pairs.total() - len(pairs))
 
     candidates = [(score(row), False, list(row), [row]) for row in header]
@@ -131,7 +165,9 @@ def header_names(header: Sequence[Sequence[str]]) -> HeaderNames:
         for above, below in zip(upper, lower, strict=True):
             tag = above or tag
             pair = parse_column_name(below)
-            if pair and pair[0] == "" and not is_time_heading(tag):
+            if (pair and pair[0] == "" and not is_time_heading(tag)) or (
+                below.strip().upper() in vocabulary.AGGREGATES and parse_column_name(tag)
+            ):
                 joined.append(f"{tag}.{below}")
             elif normalise_name(below) in vocabulary.VALUE_WORDS and parse_column_name(tag):
                 joined.append(tag)

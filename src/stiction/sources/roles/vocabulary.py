@@ -24,6 +24,7 @@ UNIT_WORDS: list[str] = [*PERCENT_UNITS, *_UNITS["signal"]]
 CELL_UNITS: list[str] = [*UNIT_WORDS, *_UNITS["cell"]]
 FRACTION_UNITS: list[str] = _UNITS["fraction"]
 OTHER_OUTPUT_UNITS = {*UNIT_WORDS, *_UNITS["output"]} - {*PERCENT_UNITS, "MA"}
+AGGREGATES = {word: kind for kind, words in _TABLE["aggregates"].items() for word in words}
 TIME_UNITS = {unit: float(seconds) for seconds, units in _TABLE["seconds"].items() for unit in units}
 MONTHS: list[list[str]] = [names.split() for names in _TABLE["months"]["names"]]
 MISSING_WORDS = frozenset(_CELLS["missing"])

@@ -11,7 +11,7 @@ from stiction.display.number_format import count_noun
 from stiction.errors import RecordError, Setting
 from stiction.sources.time.grid import Grid, regular_grid
 from stiction.sources.time.stamps import Stamps, unread_stamp_error
-from stiction.sources.time.time_order import shortest_number, sort_by_time, spread_rounded_stamps
+from stiction.sources.time.time_order import MAX_SHARED_STAMPS, shortest_number, sort_by_time, spread_rounded_stamps
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -95,7 +95,7 @@ def align_tags(
             values = np.where(rows >= 0, tag.values[rows], np.nan)
             if tag.method == "interpolate" and t.size > 1:
                 values = _interpolate(t, tag.values[source], moments, limit, values)
-            aligned.notes += _note_repeated_stamps(tag.name, tag.values[own_rows], is_last)
+            aligned.notes += _note_repeated_stamps(tag.name, tag.values[own_rows], is_last, name)
         aligned.rows.append(rows)
         aligned.values.append(values)
         aligned.held_samples.append(int(np.sum((np.diff(rows) == 0) & (rows[1:] >= 0))))
@@ -125,10 +125,17 @@ def _longest_hold(t: NDArray[np.float64], default: float) -> float:
     return 20.0 * float(np.percentile(np.diff(t), 90.0)) if t.size > 2 else default
 
 
-def _note_repeated_stamps(name: str, values: NDArray, is_last: NDArray[np.bool_]) -> list[str]:
-    """Say how many values were dropped because another one has their time stamp."""
+def _note_repeated_stamps(name: str, values: NDArray, is_last: NDArray[np.bool_], source: str) -> list[str]:
+    """Say how many values were dropped because another one has their time stamp; refuse to drop many."""
     standing = values[is_last][np.cumsum(is_last) - is_last]
     n_other = int(((values != standing) & ~(np.isnan(values) & np.isnan(standing))).sum())
+    if n_other > MAX_SHARED_STAMPS * values.size:
+        raise RecordError(
+            f"{n_other} of {values.size} values of {name} have the time of another value, which differs "
+            f"(at most {100.0 * MAX_SHARED_STAMPS:g} % may): it holds several series under one name; export the column "
+            "that tells them apart, or one series at a time.",
+            where=source,
+        )
     note = (
         f"Left out: {count_noun(n_other, 'value')} of {name} with the same time stamp as the next value, which differs."
     )

@@ -96,6 +96,7 @@ def _parse_date_and_clock(dates: pl.Series, clocks: pl.Series, options: ReadOpti
     days = days.str.replace(MIDNIGHT, "")
     sample = [cell for cell in times.head(SNIFF_ROWS).to_list() if cell]
     if not is_compact_clock(sample):
+        times = times.str.replace(";", ".", literal=True)  # 10:00:00;250 of a trend recorder
         return parse_text_stamps(days + " " + times, day_first=options.day_first)
     stamps = parse_text_stamps(days, day_first=options.day_first)
     numbers = times.str.replace(",", ".", literal=True).cast(float, strict=False).to_numpy()

@@ -7,7 +7,17 @@ from collections import Counter
 
 from stiction.sources.roles.vocabulary import CELL_UNITS
 
-__all__ = ["GROUPED", "GROUP_MARKS", "NUMBER_AND_UNIT", "PLAIN", "SPACES", "is_number", "parse_number", "usual_unit"]
+__all__ = [
+    "GROUPED",
+    "GROUP_MARKS",
+    "NUMBER_AND_ANY_UNIT",
+    "NUMBER_AND_UNIT",
+    "PLAIN",
+    "SPACES",
+    "is_number",
+    "parse_number",
+    "usual_unit",
+]
 
 # The digits are written out, since \d takes those of other scripts too.
 PLAIN = {m: rf"[+-]?(?:[0-9]+\{m}?[0-9]*|\{m}[0-9]+)(?:[eE][+-]?[0-9]+)?" for m in ".,"}
@@ -15,6 +25,8 @@ GROUP_MARKS = {".": "[,' ]", ",": "[.' ]"}
 GROUPED = {m: rf"[+-]?[1-9][0-9]{{0,2}}(?:{GROUP_MARKS[m]}[0-9]{{3}})+(?:\{m}[0-9]*)?" for m in ".,"}
 SPACES = str.maketrans({"\u00a0": " ", "\u202f": " ", "\u2212": "-"})
 NUMBER_AND_UNIT = rf"(.*[0-9.,])\s*({'|'.join(map(re.escape, CELL_UNITS))})?"
+# Beside the known units any flow, for a library of units to judge.
+NUMBER_AND_ANY_UNIT = NUMBER_AND_UNIT.removesuffix(")?") + r"|[a-z°µ%][a-z0-9*^·²³°%().]{0,8}/[a-z]{1,5})?"
 _IS_PLAIN, _IS_GROUPED = ({m: re.compile(form[m]) for m in ".,"} for form in (PLAIN, GROUPED))
 _HAS_UNIT = re.compile(NUMBER_AND_UNIT, re.IGNORECASE)
 

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stiction.errors import RecordError
-from stiction.sources.roles.vocabulary import MISSING_WORDS
-from stiction.sources.values.number_text import GROUP_MARKS, GROUPED, NUMBER_AND_UNIT, PLAIN, SPACES
+from stiction.sources.roles.vocabulary import CELL_UNITS, MISSING_WORDS
+from stiction.sources.values.number_text import GROUP_MARKS, GROUPED, NUMBER_AND_ANY_UNIT, PLAIN, SPACES
 from stiction.sources.values.thousands import refuse_ambiguous_thousands
+from stiction.sources.values.units import is_known_unit, to_one_unit
 
 if TYPE_CHECKING:
     import polars as pl
@@ -22,6 +22,8 @@ __all__ = ["NumericColumn", "parse_numbers"]
 _DIGIT = re.compile("[0-9]")
 MAX_SHORT_WORDS = 100
 """Different texts up to which it is found out first whether any of them holds a digit, as parsing takes longer [-]."""
+MAX_UNITS = 20
+"""Different unknown texts after numbers above which none is a unit [-]."""
 MAX_TEXT = 40
 """Characters of a text by which it is counted."""
 
@@ -35,13 +37,18 @@ class NumericColumn(NamedTuple):
     """Text that is no number -> cells. Empty cells are counted under "", numbers beyond 1e100 under "infinite"."""
     unit: str
     """Unit after the numbers as written; empty when there is none."""
+    note: str = ""
+    """What was converted to that unit."""
 
 
-def parse_numbers(cells: pl.Series, decimal: str, *, where: str = "", decimal_is_given: bool = True) -> NumericColumn:
+def parse_numbers(
+    cells: pl.Series, decimal: str, *, where: str = "", decimal_is_given: bool = True, unit: str = ""
+) -> NumericColumn:
     """Parse a column of text, numbers, truth values (1 and 0) or nothing at all, shape (n_rows,).
 
     `where` is the file and column, for messages. Unless the user gave the decimal mark, 1.003, which may be 1003, is
-    refused beside 999; so are numbers with several units.
+    refused beside 999. Numbers in several units are converted to `unit`, that of the header, or to the one that most
+    have, or else refused.
 
     Examples
     --------
@@ -52,11 +59,11 @@ def parse_numbers(cells: pl.Series, decimal: str, *, where: str = "", decimal_is
     """
     import polars as pl
 
-    texts, unit = Counter(), ""
+    texts, written, unit, note = Counter(), unit, "", ""
     if cells.dtype in (pl.Categorical, pl.Enum):
         cells = cells.cast(pl.String)
     if cells.dtype == pl.String:
-        values, texts, unit = _parse_texts(cells, decimal, where)
+        values, texts, unit, note = _parse_texts(cells, decimal, where, written)
     elif cells.dtype.is_numeric() or cells.dtype in (pl.Boolean, pl.Null):
         values = cells.cast(pl.Float64).to_numpy(writable=True)
         if missing := int(np.isnan(values).sum()):
@@ -70,10 +77,10 @@ def parse_numbers(cells: pl.Series, decimal: str, *, where: str = "", decimal_is
         texts["infinite"] += int(infinite.sum())
     if cells.dtype == pl.String and not decimal_is_given:
         refuse_ambiguous_thousands(cells, values, decimal, where)
-    return NumericColumn(values, texts, unit)
+    return NumericColumn(values, texts, unit, note)
 
 
-def _parse_texts(cells: pl.Series, decimal: str, where: str) -> tuple[NDArray[np.float64], Counter[str], str]:
+def _parse_texts(cells: pl.Series, decimal: str, where: str, written: str) -> NumericColumn:
     """Cast the column at once, then parse what is left by distinct text."""
     import polars as pl
 
@@ -83,26 +90,26 @@ def _parse_texts(cells: pl.Series, decimal: str, where: str) -> tuple[NDArray[np
     values = plain.cast(pl.Float64, strict=False).to_numpy(writable=True)
     left = np.flatnonzero(np.isnan(values))
     if not left.size:
-        return values, Counter(), ""
+        return NumericColumn(values, Counter(), "")
     rest = cells.filter(pl.Series(np.isnan(values)))
     words = rest.rename("word").value_counts(name="cells")
     words = words if len(words) == 1 else words.sort("word")
-    units = Counter({"": len(values) - left.size} if left.size < len(values) else {})
+    codes = np.zeros(len(values), dtype=np.int64)
+    names = [""]
     is_word = np.ones(len(words), dtype=bool)
     if len(words) > MAX_SHORT_WORDS or any(map(_DIGIT.search, filter(None, words["word"]))):
         numbers, unit = _parse_words(words["word"], decimal)
         is_word = np.isnan(numbers)
         values[left] = rest.replace_strict(words["word"], pl.Series(numbers), return_dtype=pl.Float64).to_numpy()
-        with_unit = pl.DataFrame({"unit": unit, "cells": words["cells"]}).filter(~is_word).group_by("unit").sum()
-        units.update(dict(with_unit.iter_rows()))
+        names += [name for name in unit.unique() if name]
+        code = unit.replace_strict(names, range(len(names)), return_dtype=pl.Int64)
+        codes[left] = rest.replace_strict(words["word"], code, return_dtype=pl.Int64).to_numpy()
     texts: Counter[str] = Counter()
     for word, count in (words if is_word.all() else words.filter(is_word)).iter_rows():
         text = (word or "").translate(SPACES).strip()
         texts["" if text.upper() in MISSING_WORDS else text[:MAX_TEXT]] += count
-    if len(units) > 1:
-        listed = ", ".join(f"{n} {f'in {unit}' if unit else 'without a unit'}" for unit, n in units.most_common(4))
-        raise RecordError(f"mixes units ({listed}); export all its values in one unit, or without units.", where=where)
-    return values, texts, next(iter(units), "")
+    one = to_one_unit(values, names, codes, where, written=written)
+    return NumericColumn(one.values, texts, one.unit, one.note)
 
 
 def _parse_words(words: pl.Series, decimal: str) -> tuple[NDArray[np.float64], pl.Series]:
@@ -113,7 +120,14 @@ def _parse_words(words: pl.Series, decimal: str) -> tuple[NDArray[np.float64], p
     number, marks = pl.col("number"), GROUP_MARKS[decimal]
     is_plain, is_grouped = (number.str.contains(f"^(?:{form[decimal]})$") for form in (PLAIN, GROUPED))
     plain = pl.when(is_plain).then(number).when(is_grouped).then(number.str.replace_all(marks, ""))
-    parts = words.alias("text").to_frame().select(text.str.extract_groups(f"(?i)^{NUMBER_AND_UNIT}$").alias("parts"))
+    parts = (
+        words.alias("text").to_frame().select(text.str.extract_groups(f"(?i)^{NUMBER_AND_ANY_UNIT}$").alias("parts"))
+    )
     parts = parts.select(pl.col("parts").struct.rename_fields(["number", "unit"])).unnest("parts")
-    found = parts.select("unit", value=plain.str.replace(",", ".", literal=True).cast(pl.Float64, strict=False))
-    return found["value"].to_numpy(), found["unit"].fill_null("")
+    found = parts.select(
+        pl.col("unit").fill_null(""), value=plain.str.replace(",", ".", literal=True).cast(pl.Float64, strict=False)
+    )
+    others = [unit for unit in found["unit"].unique() if unit and unit.upper() not in CELL_UNITS]
+    strange = [unit for unit in others if len(others) > MAX_UNITS or not is_known_unit(unit)]
+    found = found.with_columns(value=pl.when(pl.col("unit").is_in(strange)).then(None).otherwise("value"))
+    return found["value"].to_numpy(), found["unit"]

@@ -1,0 +1,97 @@
+/* What both versions of FMI share: one instance, its variables and its time. Included once, after the glue. */
+
+#if defined __GNUC__
+#pragma GCC diagnostic ignored "-Wunused-parameter" /* the standard gives functions more than this model needs */
+#endif
+
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#if defined _WIN32 || defined __CYGWIN__
+#define EXPORT __declspec(dllexport)
+#elif defined __GNUC__
+#define EXPORT __attribute__((visibility("default")))
+#else
+#define EXPORT
+#endif
+
+/* Value references: parameters, inputs, outputs, sampling period, time, in this order. */
+enum { FIRST_INPUT = N_PARAMETERS, FIRST_OUTPUT = FIRST_INPUT + N_INPUTS, DT = FIRST_OUTPUT + N_OUTPUTS, TIME, N_VALUES };
+enum { CREATED, INITIALISING, RUNNING, ENDED };
+
+typedef struct {
+    MODEL model;
+    double values[N_VALUES];
+    double start; /* Time of the first sample [s] */
+    double next;  /* Samples until now [-] */
+    int phase;
+} state_t;
+
+typedef struct {
+    state_t s; /* What an importer may save and restore */
+    char name[128];
+    void *environment;
+    void *logger;
+    int logging;
+} instance_t;
+
+static void complain(instance_t *c, const char *text);
+
+static void to_defaults(instance_t *c) {
+    memset(&c->s, 0, sizeof c->s);
+    glue_defaults(&c->s.model, c->s.values);
+    c->s.values[DT] = c->s.model.dt;
+}
+
+static int begin(instance_t *c) {
+    int wrong = glue_start(&c->s.model, c->s.values);
+    if (wrong) {
+        complain(c, glue_refusal(wrong));
+        return 1;
+    }
+    glue_outputs(&c->s.model, c->s.values + FIRST_OUTPUT);
+    c->s.next = 0.0;
+    c->s.phase = RUNNING;
+    return 0;
+}
+
+static int get(instance_t *c, const uint32_t *at, size_t n, double *value) {
+    for (size_t k = 0; k < n; k++) {
+        if (at[k] >= N_VALUES) {
+            complain(c, "there is no variable with this value reference.");
+            return 1;
+        }
+        value[k] = c->s.values[at[k]];
+    }
+    return 0;
+}
+
+static int set(instance_t *c, const uint32_t *at, size_t n, const double *value) {
+    for (size_t k = 0; k < n; k++) {
+        if (at[k] >= FIRST_OUTPUT || (c->s.phase >= RUNNING && at[k] < FIRST_INPUT)) {
+            complain(c, at[k] < FIRST_INPUT ? "parameters cannot be changed after the initialisation."
+                                            : "only parameters and inputs can be set.");
+            return 1;
+        }
+        c->s.values[at[k]] = value[k];
+    }
+    return 0;
+}
+
+/* Take the samples whose time lies in [from, from + step), each once. The importer's own step may have any length. */
+static int advance(instance_t *c, double from, double step) {
+    const double dt = c->s.values[DT], start = c->s.start, off = from - c->s.values[TIME];
+    const double tolerance = 1e-6 * dt, last = from + step - tolerance;
+    if (c->s.phase != RUNNING || !(step >= 0.0) || !(off <= tolerance) || !(off >= -tolerance)) {
+        complain(c, c->s.phase != RUNNING ? "the model is not initialised, or was terminated."
+                    : !(step >= 0.0) ? "a step must not be negative."
+                                     : "a step must begin where the last one ended; restore an earlier state first.");
+        return 1;
+    }
+    for (; start + c->s.next * dt < last; c->s.next += 1.0) glue_step(&c->s.model, c->s.values + FIRST_INPUT);
+    glue_outputs(&c->s.model, c->s.values + FIRST_OUTPUT);
+    c->s.values[TIME] = from + step;
+    return 0;
+}
