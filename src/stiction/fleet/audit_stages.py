@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
     from stiction.fleet.audit_options import AuditOptions
     from stiction.fleet.batch import Outcome
-    from stiction.fleet.block_means import Clock
+    from stiction.fleet.block_means import BlockMeans, Clock
     from stiction.fleet.ledger import Ledger
 
 __all__ = ["AuditStages"]
@@ -73,6 +73,8 @@ class AuditStages:
         states: dict[str, str] = {}
         prints = {part: part.fingerprint(states) for part in dict.fromkeys(one.part for one in places)}
         self.fingerprints = {k: prints[one.part] for k, one in self.places.items()}
+        stored = {path.name for path in self.signals.glob("part-*")}
+        self.results = {k: one for k, one in self.results.items() if not one.signals or one.signals in stored}
         clock, used = self._clock(), {name: getattr(self.options, name) for name in RUN_OPTIONS}
         body = {
             "since": self.span[0] and self.span[0].isoformat(),
@@ -89,7 +91,13 @@ class AuditStages:
             self._do(stage, settings)
         if self._is_stopped():
             return
-        groups = self._group()
+        means = self._means()
+        if lost := self._oscillating().keys() - means.keys():  # their parts are damaged
+            self.results = {k: one for k, one in self.results.items() if k not in lost}
+            for stage in ("screen", "diagnose"):
+                self._do(stage, settings)
+            means = self._means()
+        groups = self._group(means)
         self.ledger.end_run(number, body | {"groups": groups})
         with contextlib.suppress(OSError):
             remove_unused_parts(self.signals, self.ledger.used_signals())
@@ -205,14 +213,21 @@ class AuditStages:
         dated = [one for one in records if one.start is not None]
         return common_clock(dated or records)
 
-    def _group(self) -> list[dict[str, Any]]:
-        """Groups of the loops that oscillate, from their block means."""
+    def _oscillating(self) -> dict[int, StoredResult]:
+        """Results of the loops that oscillate and have block means."""
         rows = {k: self.results[k] for k in self.places if k in self.results}
-        chosen = {k: one for k, one in rows.items() if one.signals and one.row.oscillations}
+        return {k: one for k, one in rows.items() if one.signals and one.row.oscillations}
+
+    def _means(self) -> dict[int, BlockMeans]:
+        """Block means of the loops that oscillate, as far as their parts are sound."""
+        return read_signals(self.signals, {k: one.signals for k, one in self._oscillating().items()})
+
+    def _group(self, means: dict[int, BlockMeans]) -> list[dict[str, Any]]:
+        """Groups of the loops that oscillate, from their block means."""
+        chosen = {k: one for k, one in self._oscillating().items() if k in means}
         self._report("group", 0, len(chosen))
         if len(chosen) < 2:
             return []
-        means = read_signals(self.signals, {k: one.signals for k, one in chosen.items()})
         secondary = {place.master: place.tag for place in self.places.values() if place.master}
         loops = [
             replace(one, secondary_tag=secondary.get(one.tag, one.secondary_tag)) for _, one in sorted(means.items())

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import json
+import os
 import time
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
+from pathlib import Path
+from shutil import copyfile
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from stiction.errors import RecordError
 from stiction.fleet.loop_row import LoopRow
+from stiction.scratch import ScratchFolder
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
-    from pathlib import Path
     from typing import TypeVar
 
     from sqlalchemy import Connection, Engine
@@ -25,6 +28,8 @@ FORMAT_VERSION = 1
 """Version of the tables."""
 LOCK_KEY = 517_834_621
 """Key of the advisory lock of a PostgreSQL ledger."""
+SQLITE = "sqlite:///"
+LABELS_FILE = "labels.csv"
 RECONNECT_S = 120.0
 """Time for which a server that does not answer is asked again [s]."""
 
@@ -67,7 +72,8 @@ class Ledger:
         import sqlalchemy as sa
 
         self.url = url
-        self.engine = _make_engine(url)
+        self._copies = ScratchFolder()
+        self.engine = _make_engine(url, self._copies)
         data = sa.MetaData()
         self.loops = sa.Table(
             "stiction_loop", data, sa.Column("id", sa.Integer, primary_key=True),
@@ -101,6 +107,7 @@ class Ledger:
     def close(self) -> None:
         """Close all connections."""
         self.engine.dispose()
+        self._copies.delete()
 
     @contextmanager
     def lock(self, owner: str) -> Iterator[None]:
@@ -258,10 +265,41 @@ class Ledger:
     @contextmanager
     def _errors(self, what: str) -> Iterator[None]:
         """Turn errors of the database into a `RecordError` without passwords."""
+        from sqlalchemy import exc
+
         from stiction.sources.database_url import refused_as
 
-        with refused_as(what, self.url, "check host, access rights and free space; stored results are not lost"):
-            yield
+        remedy = "check host, access rights and free space; results that were stored before stay"
+        with refused_as(what, self.url, remedy):
+            try:
+                yield
+            except exc.DatabaseError as error:
+                if "disk is full" in str(error.orig):
+                    raise RecordError(
+                        "the disk is full; free some space, and run the same command again.", where=self.url
+                    ) from None
+                if (file := _sqlite_file(self.url)) is None or not file.is_file() or not (damage := _damage_of(file)):
+                    raise
+                raise RecordError(
+                    f"is damaged ({damage}), so results in it are lost, but not {LABELS_FILE} nor the source; delete "
+                    f"{file.name}, {file.name}-wal and {file.name}-shm, and run the same audit again: it computes all "
+                    "loops anew.",
+                    where=file,
+                ) from None
+
+
+def _damage_of(file: Path) -> str:
+    """What SQLite finds wrong with a file; empty where it is sound."""
+    import sqlite3
+
+    try:
+        with closing(sqlite3.connect(file, timeout=30.0)) as connection:
+            found = connection.execute("PRAGMA integrity_check(1)").fetchone()[0]
+    except sqlite3.OperationalError:  # locked, or it cannot be opened
+        return ""
+    except sqlite3.DatabaseError as error:
+        return str(error)
+    return "" if found == "ok" else " ".join(str(found).split())
 
 
 def _columns(row: StoredResult) -> dict[str, Any]:
@@ -279,18 +317,27 @@ def _now() -> str:
 
 def sqlite_url(path: Path) -> str:
     """URL of the ledger in a file."""
-    return f"sqlite:///{path}"
+    return f"{SQLITE}{path}"
 
 
-def _make_engine(url: str) -> Engine:
-    from sqlalchemy import event
+def _sqlite_file(url: str) -> Path | None:
+    """The file of an SQLite ledger; None of another database."""
+    return Path(url.removeprefix(SQLITE)) if url.startswith(SQLITE) else None
+
+
+def _make_engine(url: str, copies: ScratchFolder) -> Engine:
+    """Make the engine; of a ledger in a folder that cannot be written to, of a copy, as SQLite writes to read."""
+    from sqlalchemy import create_engine, event
 
     from stiction.errors import ParameterError, Setting
     from stiction.sources.database_url import is_database_url, make_engine
 
-    if url.startswith("sqlite:///"):
-        from sqlalchemy import create_engine
-
+    if (file := _sqlite_file(url)) is not None:
+        if file.is_file() and not (os.access(file, os.W_OK) and os.access(file.parent, os.W_OK)):
+            for ending in ("", "-wal"):
+                with suppress(FileNotFoundError):
+                    copyfile(f"{file}{ending}", copies.path() / f"{file.name}{ending}")
+            url = sqlite_url(copies.path() / file.name)
         engine = create_engine(url, connect_args={"timeout": 30.0})
 
         @event.listens_for(engine, "connect")

@@ -66,10 +66,7 @@ def write_signals(folder: Path, means: Mapping[int, BlockMeans], key: tuple[str,
 def read_signals(folder: Path, loops: Mapping[int, str]) -> dict[int, BlockMeans]:
     """Read the block means of some loops (number -> name of the part): number -> block means.
 
-    Raises
-    ------
-    RecordError
-        When a part is missing or damaged.
+    A part that is missing or damaged gives none.
     """
     import polars as pl
 
@@ -83,10 +80,8 @@ def read_signals(folder: Path, loops: Mapping[int, str]) -> dict[int, BlockMeans
         try:
             clock = clock_from_dict(json.loads(pl.read_parquet_metadata(path)[METADATA_KEY]))
             frame = pl.read_parquet(path, glob=False).filter(pl.col("loop").is_in(numbers))
-        except (OSError, KeyError, ValueError, pl.exceptions.PolarsError) as error:
-            raise RecordError(
-                f"block means cannot be read ({error}); delete the audit and run it again.", where=path
-            ) from None
+        except (OSError, KeyError, ValueError, pl.exceptions.PolarsError, pl.exceptions.PanicException):
+            continue
         for row in frame.iter_rows(named=True):
             arrays = [np.array(row[array], dtype=np.float32) for array in ARRAYS]
             found[row["loop"]] = BlockMeans(row["tag"], clock, *arrays, secondary_tag=row["secondary_tag"])
