@@ -122,15 +122,15 @@ def stem_response(response: Response) -> Figure:
     return Figure(layout, f"Eq. 5: {response.name}", caption, 320)
 
 
-def df_component(found: Equations6and7, part: str) -> Figure:
+def df_component(equations: Equations6and7, part: str) -> Figure:
     """Return the real (eq. 6) or imaginary (eq. 7) part of N over A / d."""
     take = np.real if part == "real" else np.imag
-    data = [_line(found.ratio, take(n), _NAMES[form], _FORMS[form]) for form, n in found.n.items()]
+    data = [_line(equations.ratio, take(n), _NAMES[form], _FORMS[form]) for form, n in equations.n.items()]
     for family, symbol in (("half", "circle-open"), ("integer", "diamond-open")):
         marker = {"symbol": symbol, "size": 8, "color": style.TEXT_COLOR}
         name = f"measured, {'levels ±d/2' if family == 'half' else 'levels 0, ±d'}"
-        values = take(found.numeric[family])
-        data.append({**_line(found.checked, values, name, {}), "mode": "markers", "marker": marker})
+        values = take(equations.numeric[family])
+        data.append({**_line(equations.checked, values, name, {}), "mode": "markers", "marker": marker})
     if part == "real":
         title, seen = "Eq. 6: real part of N", "only the corrected form passes through what the valve itself does"
     else:

@@ -104,9 +104,9 @@ def assess_quality(record: LoopRecord | Conditioned, period: float | None = None
     >>> assess_quality(record, period=38.3).usable, assess_quality(record, period=200.0).rejections[0].name
     (True, 'cycles')
     """
+    conditioned = record if isinstance(record, Conditioned) else condition(record)
     if period is not None:
         period = require_positive("period", period, "s")
-    conditioned = record if isinstance(record, Conditioned) else condition(record)
     record, data = conditioned.record, CheckInput(conditioned, period)
     checks = tuple(check for check in (*_check_loop(data), *_check_storage(data)) if check is not None)
     usable = not any(check.severity == "reject" for check in checks)
@@ -155,4 +155,4 @@ def _check_storage(data: CheckInput) -> Iterator[CheckResult | None]:
     origin = record.provenance
     yield check_clock_jumps(record.op, record.pv, origin.clock_jumps, origin.summer_time)
     yield check_outliers(record.pv, origin.outliers, record.samples_per_stored_value)
-    yield check_resampled(origin.held_samples, len(record), per_cycle)
+    yield check_resampled(origin.held_samples - origin.unchanged_samples, len(record), per_cycle)

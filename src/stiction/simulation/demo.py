@@ -155,9 +155,7 @@ def _run(row: _Loop, seed: int) -> DemoLoop:
     loop = Loop(controller, row.valve, row.process, row.dt, noise=row.noise)
     sp = np.full(n, row.sp)
     sp[before + (n - before) // 3 : before + 2 * (n - before) // 3] += row.sp_step
-    run = simulate(
-        loop, sp, whole, load, seed, pv_start=row.sp, op_start=50.0, tag=row.tag, loop_type=row.loop_type
-    )
+    run = simulate(loop, sp, whole, load, seed, pv_start=row.sp, op_start=50.0, tag=row.tag, loop_type=row.loop_type)
     recorded = run.window(before, n)
     assert recorded.pv is not None
     pv = row.resolution * np.round(recorded.pv / row.resolution) if row.resolution else recorded.pv

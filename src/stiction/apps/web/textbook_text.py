@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from stiction.apps.web.textbook_quantities import TextbookSettings
+    from stiction.apps.web.textbook_settings import TextbookSettings
     from stiction.apps.web.trend_signals import Swing
     from stiction.limitcycle import LimitCycle
     from stiction.models import Loop
