@@ -117,9 +117,7 @@ class SegmentFit:
 
 def fit_segment(segment: JudgedSegment) -> SegmentFit:
     """Fit controller, Kano's valve and process to a judged segment, as `identify` and `diagnose` do."""
-    signals, mv = segment.signals, segment.part.mv
-    steps = signals.op_step, signals.pv_step
-    controller = fit_controller(segment.part, signals.missing, steps, segment.is_averaged)
+    mv, controller = segment.part.mv, fit_controller(segment)
     position = None if mv is None else fit_position(segment.op, mv)
     return SegmentFit(segment, controller, identify_valve(segment, controller), position)
 
