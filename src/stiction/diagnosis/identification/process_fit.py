@@ -9,6 +9,8 @@ import numpy as np
 
 from stiction.diagnosis.identification.result import ProcessFit
 from stiction.diagnosis.identification.stems import process_products
+from stiction.models.processes.first_order_lag import first_order_lag
+from stiction.records.fast_length import next_fast_length
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -112,16 +114,12 @@ def fit_process(
 
 def _lagged(u: NDArray[np.float64], slow: float, fast: float) -> NDArray[np.float64]:
     """Answer of one or two lags of unit gain, or of an integrator, to a signal."""
-    from scipy.signal import lfilter
-
     if np.isinf(slow):
         y = np.cumsum(u)
     else:
-        keep = np.exp(-1.0 / max(slow, 1e-3))
-        y = np.asarray(lfilter([1.0 - keep], [1.0, -keep], u))
+        y = first_order_lag(u, float(np.exp(-1.0 / max(slow, 1e-3))))
     if fast > 0.0:
-        keep = np.exp(-1.0 / max(fast, 1e-3))
-        y = np.asarray(lfilter([1.0 - keep], [1.0, -keep], y))
+        y = first_order_lag(y, float(np.exp(-1.0 / max(fast, 1e-3))))
     return y
 
 
@@ -143,12 +141,10 @@ def _best_delays(
     answers: NDArray[np.float64], target: NDArray[np.float64], compared: slice, max_delay: int, sign: float
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Smallest error of each answer over all dead times, with the gain by least squares, and that dead time."""
-    from scipy.fft import next_fast_len
-
     n = target.size
     wanted = np.zeros(n)
     wanted[compared] = target[compared]
-    size = next_fast_len(n + max_delay, real=True)
+    size = next_fast_length(n + max_delay)
     spectrum = np.fft.rfft(answers, size, axis=1).conj() * np.fft.rfft(wanted, size)
     cross = np.fft.irfft(spectrum, size, axis=1)[:, : max_delay + 1]
     total = np.cumsum(np.pad(answers**2, ((0, 0), (1, 0))), axis=1)
