@@ -123,7 +123,7 @@ def _plant() -> tuple[_Loop, ...]:
         ),
         _Loop(
             "FIC-106", "flow", "external disturbance", "supply pressure swings, valve good",
-            FOPDT(1.5, 4.0, 2.0), PID(0.33, 6.0), 75.0, noise=0.12, drift=0.01,
+            FOPDT(1.5, 4.0, 2.0), PID(0.33, 6.0), 75.0, noise=0.12, drift=0.01, sp_step=0.7,
             external_load=lambda t: 3.0 * np.sin(2.0 * np.pi * t / 95.0),
         ),
         _Loop(

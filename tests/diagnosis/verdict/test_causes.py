@@ -95,7 +95,7 @@ def simulate(valve, *, Kc=0.25, load=None, noise=0.1, random=0.6):
 
 def test_simulated_loop_that_is_unstable_between_its_limits():
     """With the integral time at the lag T = 10 s the limit is Kc = pi T / (2 K L) = pi / 2."""
-    controller = st.PID(1.3 * math.pi / 2.0, 10.0, op_limits=(20.0, 80.0))
+    controller = st.PID(1.8 * math.pi / 2.0, 10.0, op_limits=(0.0, 100.0))
     loop = st.Loop(controller, st.Ideal(), st.FOPDT(2.0, 10.0, 5.0), dt=1.0, noise=0.1)
     kick = np.where(np.arange(N) < 40, 4.0, 0.0)
     run = st.simulate(loop, sp=100.0, duration=float(N), disturbance=kick, seed=1, pv_start=100.0, op_start=50.0)

@@ -16,11 +16,16 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from stiction.diagnosis.identification.dead_zone import DeadZone
     from stiction.diagnosis.identification.loop_response import LoopResponse
     from stiction.diagnosis.identification.result import ControllerFit, Identification
     from stiction.diagnosis.result import Oscillation
 
 __all__ = ["CAUSE_FEATURES", "CauseFeature", "CauseInput", "compute_cause_features"]
+
+
+FEW = 3.0
+"""Samples at an end of OP's range that are no stay at a limit [-]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -94,32 +99,14 @@ def _over_good(name: str) -> Callable[[CauseInput], float]:
     return compute
 
 
-def _zone(formula: Callable[[CauseInput], float]) -> Callable[[CauseInput], float]:
-    return lambda found: math.nan if found.identification.dead_zone is None else formula(found)
-
-
-def _zone_gain(found: CauseInput) -> float:
-    zone = found.identification.dead_zone
-    assert zone is not None
-    return zone.likelihood_ratio
-
-
-def _zone_width(found: CauseInput) -> float:
-    zone = found.identification.dead_zone
-    assert zone is not None
-    return (zone.high - zone.low) / max(zone.op_high - zone.op_low, 1e-9)
-
-
-def _zone_crossings(found: CauseInput) -> float:
-    zone = found.identification.dead_zone
-    assert zone is not None
-    return math.log1p(zone.op_reversals)
+def _zone(formula: Callable[[DeadZone], float]) -> Callable[[CauseInput], float]:
+    """A number of the most likely dead zone."""
+    return lambda found: math.nan if (zone := found.identification.dead_zone) is None else formula(zone)
 
 
 def _sensitivity(found: CauseInput, *, linear: bool) -> float:
     one = found.identification
-    if linear:
-        one = replace(one, process=one.linear)
+    one = replace(one, process=one.linear) if linear else one
     period = found.oscillation.period if found.oscillation.oscillating else math.nan
     return math.log(sensitivity(one, found.controller, period))
 
@@ -169,16 +156,14 @@ def _coherence(found: CauseInput, of: str) -> float:
 
 
 def _sp_size(found: CauseInput) -> float:
-    if found.sp is None:
-        return 0.0
-    return min(float(found.sp.std()) / max(float(found.pv.std()), 1e-300), 2.0)
+    return 0.0 if found.sp is None else min(float(found.sp.std()) / max(float(found.pv.std()), 1e-300), 2.0)
 
 
 def _at_limits(found: CauseInput, *, both: bool) -> float:
-    """Share of the samples with OP at its largest and smallest values; of both, the smaller of the two shares."""
-    near = 0.6 * found.op_step + 0.002 * found.op_range
+    """Share of the samples with OP at its largest and smallest values, without single ones; of both, the smaller."""
+    near, single = 0.6 * found.op_step + 0.002 * found.op_range, FEW / found.op.size
     shares = float(np.mean(found.op >= found.op.max() - near)), float(np.mean(found.op <= found.op.min() + near))
-    return min(shares) if both else sum(shares)
+    return max(min(shares) - single, 0.0) if both else max(sum(shares) - 2.0 * single, 0.0)
 
 
 def _at_rate(found: CauseInput) -> float:
@@ -222,14 +207,9 @@ def _foretold(found: CauseInput, share: float) -> float:
     return math.log1p(max(float(np.interp(math.log(S), np.log(S_GRID), evidence)), 0.0))
 
 
-_HIDDEN = "unseen"
-"""Besides the causes: a valve that sticks or is stuck without its being seen."""
-
-
 def _signs(text: str) -> dict[str, int]:
-    """Causes and signs: `valve+ external- tuning`."""
-    value = {"+": 1, "-": -1}
-    return {one.rstrip("+-"): value.get(one[-1], 0) for one in text.split()}
+    """Causes and signs: `valve+ external- tuning`; `unseen` is a valve that sticks or is stuck unseen."""
+    return {one.rstrip("+-"): {"+": 1, "-": -1}.get(one[-1], 0) for one in text.split()}
 
 
 def _feature(
@@ -249,9 +229,11 @@ CAUSE_FEATURES: tuple[CauseFeature, ...] = (
              _over_good("periodic_load")),
     _feature("relay_over_good", "asinh(LLR / 20)", "external+ dead_zone unseen", _over_good("relay_load")),
     _feature("zone_over_good", "asinh(LLR / 20)", "dead_zone+ external-",
-             _zone(lambda x: log_evidence(_zone_gain(x)))),
-    _feature("zone_width", "width over range of OP", "dead_zone", _zone(_zone_width)),
-    _feature("zone_crossings", "ln(1 + reversals of OP)", "dead_zone valve", _zone(_zone_crossings)),
+             _zone(lambda x: log_evidence(x.likelihood_ratio))),
+    _feature("zone_width", "width over range of OP", "dead_zone",
+             _zone(lambda x: (x.high - x.low) / max(x.op_high - x.op_low, 1e-9))),
+    _feature("zone_crossings", "ln(1 + reversals of OP)", "dead_zone valve",
+             _zone(lambda x: math.log1p(x.op_reversals))),
     _feature("stem_for_op", "asinh(LLR / 20), outside waves beside", "valve+ unseen+",
              lambda x: log_evidence(x.response.stem_for_op)),
     _feature("stem_beside_op", "asinh(BIC gain / 20), waves and OP beside", "valve+ unseen+",

@@ -132,10 +132,8 @@ def find_detectable_S(features: Mapping[str, float], response: LoopResponse) -> 
     if enough.size == 0:
         return None
     i = int(enough[0])
-    if i == 0:
-        return float(S_GRID[0])
-    ends = np.maximum(evidence[i - 1 : i + 1], 0.0)
-    return round(float(np.exp(np.interp(models.min_evidence, ends, np.log(S_GRID[i - 1 : i + 1])))), 3)
+    near = slice(max(i - 1, 0), i + 1)
+    return round(float(np.exp(np.interp(models.min_evidence, evidence[near], np.log(S_GRID[near])))), 3)
 
 
 def closest_alternative(likelihood_ratios: Mapping[str, float]) -> tuple[str, float] | None:

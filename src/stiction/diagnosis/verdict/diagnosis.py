@@ -11,7 +11,7 @@ from stiction.diagnosis.loop_state import describe_action, describe_state
 from stiction.diagnosis.verdict.causes import OscillationCause, closest_alternative
 from stiction.diagnosis.verdict.decision import DEFAULT_PRIOR, DEFAULT_SMALLEST_S, Costs
 from stiction.diagnosis.verdict.explanation import explain_action, explain_reason
-from stiction.diagnosis.verdict.finding import Finding, explain_next_step, find_code, grade
+from stiction.diagnosis.verdict.finding import explain_next_step, find_code, grade
 from stiction.diagnosis.verdict.model import log_odds, stiction_model
 from stiction.display.json_form import FOUR_DECIMALS, fields_to_json
 from stiction.display.number_format import format_probability

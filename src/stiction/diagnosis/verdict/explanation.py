@@ -7,15 +7,11 @@ from typing import TYPE_CHECKING, Protocol
 from stiction.diagnosis.loop_state import describe_action, describe_state
 from stiction.diagnosis.verdict.decision import Costs, decide, shift_prior
 from stiction.diagnosis.verdict.features import FEATURES
+from stiction.diagnosis.verdict.finding import Findings
 from stiction.display.duration_format import format_seconds
 from stiction.display.number_format import format_interval, format_probability
 
 if TYPE_CHECKING:
-    from stiction.diagnosis.identification.result import Identification
-    from stiction.diagnosis.loop_state import LoopState
-    from stiction.diagnosis.result import Oscillation, Verdict
-    from stiction.diagnosis.verdict.causes import OscillationCause
-    from stiction.diagnosis.verdict.finding import Finding
     from stiction.records.assess import Quality
     from stiction.records.record import LoopRecord
 
@@ -48,22 +44,12 @@ MIN_ANALYSED_SHARE = 0.8
 """Share of the record in the analysed part below which the share is said [-]."""
 
 
-class Findings(Protocol):
+class Explained(Findings, Protocol):
     """What the sentences need to know; a `Diagnosis` has it."""
 
     @property
     def record(self) -> LoopRecord:
         """The record."""
-        ...
-
-    @property
-    def verdict(self) -> Verdict:
-        """The verdict."""
-        ...
-
-    @property
-    def probability(self) -> float:
-        """Probability that the valve sticks [-]."""
         ...
 
     @property
@@ -77,43 +63,13 @@ class Findings(Protocol):
         ...
 
     @property
-    def loop_state(self) -> LoopState:
-        """The state of the loop."""
-        ...
-
-    @property
-    def oscillation(self) -> Oscillation:
-        """The oscillation."""
-        ...
-
-    @property
-    def oscillation_cause(self) -> OscillationCause:
-        """Its causes."""
-        ...
-
-    @property
     def quality(self) -> Quality:
         """The data checks."""
         ...
 
     @property
-    def identification(self) -> Identification | None:
-        """Stiction and process."""
-        ...
-
-    @property
-    def finding(self) -> Finding:
-        """What is said first, as a code."""
-        ...
-
-    @property
     def next_step(self) -> str:
         """The cheapest test that decides what is open."""
-        ...
-
-    @property
-    def S_detectable(self) -> float | None:
-        """Smallest S that would have shown [% of span]."""
         ...
 
     @property
@@ -127,7 +83,7 @@ def feature_label(name: str) -> str:
     return next(feature.label for feature in FEATURES if feature.name == name)
 
 
-def explain_reason(found: Findings) -> str:
+def explain_reason(found: Explained) -> str:
     """Say why the verdict is what it is."""
     if not found.loop_state.in_control:
         return describe_state(found.loop_state, found.record.start, found.record.provenance.pv_unit)
@@ -143,7 +99,7 @@ def explain_reason(found: Findings) -> str:
     return " ".join(sentence for sentence in sentences if sentence)
 
 
-def _evidence(found: Findings) -> str:
+def _evidence(found: Explained) -> str:
     one, unit = found.identification, found.record.op_unit_short
     if one is None:
         return "OP or PV does not vary enough to identify a valve."
@@ -164,7 +120,7 @@ def _evidence(found: Findings) -> str:
     return f"The evidence does not decide: the most likely sticky valve has S of {size}.{against}"
 
 
-def _judgement(found: Findings) -> str:
+def _judgement(found: Explained) -> str:
     """Say so where the costs or the prior, and not the evidence, make the verdict."""
     usual, verdict = decide(found.probability), found.verdict.replace("_", " ")
     if found.costs != Costs() and found.verdict != usual:
@@ -200,14 +156,14 @@ def _alternative_text(name: str, ratio: float) -> str:
     return f"{other[0].upper()}{other[1:]} predicts it {'less well' if ratio > 0.0 else 'better'}."
 
 
-def _oscillation(found: Findings) -> str:
+def _oscillation(found: Explained) -> str:
     one = found.oscillation
     if not one.oscillating:
         return "The loop does not oscillate regularly."
     return f"The loop oscillates with a period of {format_seconds(one.period)}."
 
 
-def _causes(found: Findings) -> str:
+def _causes(found: Explained) -> str:
     if found.finding == "cause_unknown":
         return NOT_IN_RECORD
     others = _other_causes(found)
@@ -219,12 +175,12 @@ def _causes(found: Findings) -> str:
     return " ".join(texts)
 
 
-def _other_causes(found: Findings) -> list[str]:
+def _other_causes(found: Explained) -> list[str]:
     """Causes other than the valve that are named."""
     return [name for name in found.oscillation_cause.named if name in CAUSE_ACTION]
 
 
-def _dead_zone(found: Findings) -> str:
+def _dead_zone(found: Explained) -> str:
     zone = None if found.identification is None else found.identification.dead_zone
     if zone is None:
         return CAUSE_TEXT["dead_zone"]
@@ -242,7 +198,7 @@ def _dead_zone(found: Findings) -> str:
     )
 
 
-def _left_out(found: Findings) -> str:
+def _left_out(found: Explained) -> str:
     stretches = found.loop_state.stretches
     if not stretches:
         return ""
@@ -256,12 +212,12 @@ def _left_out(found: Findings) -> str:
     return text
 
 
-def _slave(found: Findings) -> str:
+def _slave(found: Explained) -> str:
     tag = found.record.provenance.secondary_tag
     return f"OP is the set point of {tag}; the valve belongs to that loop." if tag else ""
 
 
-def explain_action(found: Findings) -> str:
+def explain_action(found: Explained) -> str:
     """Say what to do, in one or two imperative sentences."""
     if not found.loop_state.in_control:
         return describe_action(found.loop_state)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from stiction.diagnosis.result import Oscillation, Verdict
     from stiction.diagnosis.verdict.causes import OscillationCause
 
-__all__ = ["FINDINGS", "GRADES", "Finding", "explain_next_step", "find_code", "grade", "is_backlash"]
+__all__ = ["FINDINGS", "GRADES", "Finding", "Findings", "explain_next_step", "find_code", "grade", "is_backlash"]
 
 Finding = Literal[
     "sticks", "probably_sticks", "backlash", "tuning", "follows", "external", "set_point", "rate_limit", "dead_zone",
@@ -33,6 +33,10 @@ INSIDE = ("valve", "tuning", "rate_limit", "dead_zone", "sensor")
 """Causes inside the loop."""
 EXCLUDED = 0.2
 """Probability of every cause inside below which an oscillation comes from outside, where the valve is good too [-]."""
+NAMED_BLINDLY = 0.7
+"""Probability from which a cause is named where the record does not show that OP moves PV [-]."""
+NOT_OUTSIDE = 0.3
+"""Probability of a load from outside below which nothing is found in a loop that does not oscillate [-]."""
 TEST_PERIODS = 3.0
 """Periods in manual that show whether an oscillation comes from outside [-]."""
 MIN_TEST_STEP = 2.0
@@ -123,19 +127,23 @@ def find_code(found: Findings) -> Finding:
         return STATE_FINDINGS.get(state, "no_data")
     if found.verdict == "stiction":
         return "sticks" if grade(found.verdict, found.probability) == "sticks" else "probably_sticks"
-    causes, hidden = found.oscillation_cause, found.S_detectable is None
+    causes, hidden = found.oscillation_cause, found.S_detectable is None and found.verdict == "undecided"
     for name in causes.named:
+        if hidden and getattr(causes, name) < NAMED_BLINDLY and name != "external":
+            continue
         if name == "valve":
             return "backlash" if found.identification is not None and found.identification.is_play else "cannot_tell"
         if name == "set_point":
             return "follows"
         if name == "external":
-            return "cause_unknown" if hidden and found.verdict == "undecided" else "external"
+            return "cause_unknown" if hidden else "external"
         return name  # type: ignore[return-value]
     if found.oscillation.oscillating:
         inside = max(getattr(causes, name) for name in INSIDE)
         return "external" if found.verdict == "no_stiction" and inside < EXCLUDED else "cause_unknown"
-    return "nothing_found" if found.verdict == "no_stiction" else "cannot_tell"
+    if found.verdict == "no_stiction":
+        return "nothing_found" if causes.external < NOT_OUTSIDE else "cause_unknown"
+    return "cannot_tell"
 
 
 def explain_next_step(found: Findings) -> str:
