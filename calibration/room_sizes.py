@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 PACKAGE = Path(__file__).resolve().parents[1] / "src" / "stiction"
 LIMITS = {
-    ".": {"lines": 64900},
+    ".": {"lines": 71000},
     "apps": {"lines": 9900},
     "diagnosis": {"code": 5300, "lines": 9000, "numbers": 250},
     "diagnosis/identification": {"code": 2600, "files": 24},

@@ -53,7 +53,7 @@ def test_a_seed_is_a_population():
     assert not np.array_equal(first[0].record.op, other[0].record.op)
 
 
-def test_nothing_and_nonsense():
+def test_bad_arguments_are_errors():
     assert list(population(0)) == []
     with pytest.raises(ParameterError, match="'bent stem' is unknown"):
         list(population(1, ("bent stem",)))
@@ -92,7 +92,7 @@ def test_the_variety_that_is_promised_is_there():
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_a_sticky_valve_has_the_band_and_the_jump_that_are_told(model):
+def test_drawn_sticky_valve_has_the_stated_band_and_jump(model):
     # Told from outside: up far enough to stick on the way, back by what does and what does not free the stem.
     rng = np.random.default_rng(4)
     for _ in range(3):
@@ -203,7 +203,7 @@ def test_a_coarse_sensor_reports_whole_steps():
 
 
 @pytest.mark.parametrize("sticks", [True, False])
-def test_the_driver_for_what_changes_is_the_plain_one_where_nothing_does(sticks):
+def test_time_varying_driver_equals_the_plain_one_without_changes(sticks):
     valve = st.Kano(4.0, 2.0)
     loop = st.Loop(st.PID(0.4, 12.0, op_limits=(0.0, 100.0)), valve, st.SOPDT(1.5, 9.0, 3.0, 2.5), dt=1.0)
     load = lagged_noise(np.random.default_rng(1), 600, 20.0)
@@ -214,7 +214,7 @@ def test_the_driver_for_what_changes_is_the_plain_one_where_nothing_does(sticks)
     assert (np.ptp(plan.run().pv) > 1.0) or not sticks
 
 
-def test_an_intermittent_valve_sticks_where_it_is_told():
+def test_intermittent_valve_sticks_in_the_stated_periods():
     cases = [c for c in population(60, ("stiction",), seed=7, historian=False) if c.kind == "intermittent"]
     assert cases
     for case in cases:

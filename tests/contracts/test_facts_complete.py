@@ -91,8 +91,8 @@ def test_valve_has_published_numbers(valve):
 
 @pytest.mark.parametrize("valve", STUDIED, ids=lambda v: v.__name__)
 def test_valve_names_its_source(valve):
-    told = re.split(r"References\n-{10}\n", inspect.getdoc(valve) or "")
-    keys = set(re.findall(r"\b[a-z][a-z_]+\d{4}[a-z]?\b", told[-1].split("\n\n")[0])) if len(told) > 1 else set()
+    parts = re.split(r"References\n-{10}\n", inspect.getdoc(valve) or "")
+    keys = set(re.findall(r"\b[a-z][a-z_]+\d{4}[a-z]?\b", parts[-1].split("\n\n")[0])) if len(parts) > 1 else set()
     assert keys
     assert keys <= KEYS
 

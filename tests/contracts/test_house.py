@@ -50,7 +50,7 @@ def test_floors_hold():
     assert done.returncode == 0, done.stdout
 
 
-def test_errors_import_nothing_of_ours():
+def test_errors_import_no_other_module_of_the_package():
     assert "stiction" not in re.findall(r"^(?:from|import)\s+(\w+)", text_of(PACKAGE / "errors.py"), re.M)
 
 

@@ -96,7 +96,7 @@ def test_long_record_stays_small():
 
 
 @pytest.mark.parametrize("op", [[], [np.nan] * 3, [50.0]])
-def test_record_with_nothing_to_draw(op):
+def test_record_without_values_has_an_empty_card(op):
     assert "LIC-1" in st.LoopRecord("LIC-1", 1.0, op=op)._repr_html_()
 
 

@@ -12,7 +12,7 @@ pytestmark = pytest.mark.quick
 
 
 @pytest.mark.parametrize(
-    ("told", "numbers"),
+    ("text", "numbers"),
     [
         # S of a plant's analyser loop, whose OP hardly moves, and J of it.
         ("0.0057 0.0040 0.0792", (0.005668, 0.004041, 0.07918)),
@@ -26,23 +26,23 @@ pytestmark = pytest.mark.quick
         ("100 95 105", (100.0, 95.0, 105.0)),
     ],
 )
-def test_an_interval_by_hand(told, numbers):
-    assert " ".join(format_interval(*numbers)) == told
+def test_an_interval_by_hand(text, numbers):
+    assert " ".join(format_interval(*numbers)) == text
 
 
 @given(low=some.floats(0.0, 1.0), value=some.floats(1e-4, 1e3), wide=some.floats(1.0, 900.0))
-def test_what_is_something_is_never_shown_as_nothing(low, value, wide):
+def test_number_other_than_zero_is_not_shown_as_zero(low, value, wide):
     ends = format_interval(value, low * value, wide * value)
     assert float(ends[0]) == pytest.approx(value, rel=0.5)
     assert len({len(text.partition(".")[2]) for text in ends}) == 1
 
 
 @pytest.mark.parametrize(
-    ("told", "probability"),
+    ("text", "probability"),
     [
         (">0.99", 1.0), (">0.99", 0.9956), ("0.99", 0.9949), ("0.90", 0.9), ("0.10", 0.1), ("0.01", 0.0051),
         ("<0.01", 0.0049), ("<0.01", 0.0), ("–", float("nan")),
     ],
 )  # fmt: skip
-def test_no_probability_is_told_as_certain(told, probability):
-    assert format_probability(probability) == told
+def test_no_probability_is_shown_as_certain(text, probability):
+    assert format_probability(probability) == text

@@ -80,7 +80,7 @@ def test_bad_starts_are_refused(a_and_c):
 
 
 @pytest.mark.parametrize(
-    ("given", "told"),
+    ("given", "message"),
     [
         ({"op_start": "a"}, "op_start must be a number"),
         ({"op_start": [1.0, 2.0], "pv_start": [1.0, 2.0, 3.0]}, r"op_start \(2,\), pv_start \(3,\)"),
@@ -93,8 +93,8 @@ def test_bad_starts_are_refused(a_and_c):
         ({"after": "a cycle"}, "after is not an exact cycle"),
     ],
 )
-def test_a_map_asked_for_in_a_way_that_cannot_be_is_refused(given, told):
-    with pytest.raises(st.ParameterError, match=told):
+def test_a_map_asked_for_in_a_way_that_cannot_be_is_refused(given, message):
+    with pytest.raises(st.ParameterError, match=message):
         basin_map(EXAMPLE_LOOP, **given)
 
 

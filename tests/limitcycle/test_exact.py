@@ -184,7 +184,7 @@ def test_a_valve_without_deadband_but_with_a_jump_cycles_as_it_is_simulated():
 
 
 @pytest.mark.parametrize(
-    ("given", "told"),
+    ("given", "message"),
     [
         ({"sp": math.nan}, "sp must be a finite number"),
         ({"sp": math.inf}, "sp must be a finite number"),
@@ -198,7 +198,7 @@ def test_a_valve_without_deadband_but_with_a_jump_cycles_as_it_is_simulated():
         ({"longest": -1.0}, "longest = -1 s is not positive"),
     ],
 )
-def test_a_sampled_search_that_cannot_be_is_refused(given, told):
+def test_a_sampled_search_that_cannot_be_is_refused(given, message):
     loop = st.Loop(st.PID(0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
-    with pytest.raises(st.ParameterError, match=told):
+    with pytest.raises(st.ParameterError, match=message):
         sampled_limit_cycles(loop, **given)

@@ -25,7 +25,7 @@ LOOP = st.Loop(st.PID(0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), 
 
 @pytest.mark.parametrize("valve", [st.Kano(3.0, 1.0), st.Stenman(3.0), st.Srinivasan(2.0, 1.0, 0.1)])
 @pytest.mark.parametrize(
-    ("given", "told"),
+    ("given", "message"),
     [
         ({"family": "abc"}, "family = 'abc' is unknown"),
         ({"family": math.nan}, "family = nan is unknown"),
@@ -39,20 +39,20 @@ LOOP = st.Loop(st.PID(0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), 
         ({"amplitude": 1j}, "amplitude must be a number"),
     ],
 )
-def test_a_describing_function_that_cannot_be(valve, given, told):
-    with pytest.raises(st.ParameterError, match=told):
+def test_a_describing_function_that_cannot_be(valve, given, message):
+    with pytest.raises(st.ParameterError, match=message):
         describing_function(valve, **{"amplitude": [4.0, 5.0], "omega": 1.0} | given)
 
 
 def test_an_array_that_is_wrong_is_not_printed_whole():
-    with pytest.raises(st.ParameterError, match="amplitude") as told:
+    with pytest.raises(st.ParameterError, match="amplitude") as message:
         describing_function(st.Kano(3.0, 1.0), np.zeros(1000))
-    assert len(str(told.value)) < 150
+    assert len(str(message.value)) < 150
 
 
 @pytest.mark.parametrize("valve", [st.Kano(3.0, 1.0), st.Stenman(3.0)])
 @pytest.mark.parametrize(
-    ("families", "told"),
+    ("families", "message"),
     [
         (["abc"], "family = 'abc' is unknown"),
         ([math.nan], "family = nan is unknown"),
@@ -60,14 +60,14 @@ def test_an_array_that_is_wrong_is_not_printed_whole():
         (5, "families = 5 is not a list of families"),
     ],
 )
-def test_families_that_are_none(valve, families, told):
+def test_families_that_are_none(valve, families, message):
     loop = st.Loop(LOOP.controller, valve, LOOP.process, dt=1.0)
     for ask in (predict_limit_cycles, exact_limit_cycles):
-        with pytest.raises(st.ParameterError, match=told):
+        with pytest.raises(st.ParameterError, match=message):
             ask(loop, families=families)
-    with pytest.raises(st.ParameterError, match=told):
+    with pytest.raises(st.ParameterError, match=message):
         bifurcation(loop, "Kc", [0.2], families=families)
-    with pytest.raises(st.ParameterError, match=told):
+    with pytest.raises(st.ParameterError, match=message):
         harmonic_balance(st.TransferFunction([8], [1, 2, 2, 1]), valve, families)
 
 
@@ -101,8 +101,12 @@ def test_what_is_no_valve_no_record_and_no_cycle():
 
 
 def test_values_of_a_parameter_that_cannot_be():
-    for values, told in (([], "values is empty"), (["a"], "values must be a number"), ([0.2, math.nan], "not finite")):
-        with pytest.raises(st.ParameterError, match=told):
+    for values, message in (
+        ([], "values is empty"),
+        (["a"], "values must be a number"),
+        ([0.2, math.nan], "not finite"),
+    ):
+        with pytest.raises(st.ParameterError, match=message):
             bifurcation(LOOP, "Kc", values)
     with pytest.raises(st.ParameterError, match="searches = 0 is not positive"):
         bifurcation(LOOP, "Kc", [0.2], searches=0)

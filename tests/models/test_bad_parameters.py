@@ -75,9 +75,9 @@ TABLES = [
 ]
 
 
-@pytest.mark.parametrize(("arguments", "told"), TABLES)
-def test_table(arguments, told):
-    with pytest.raises(st.ParameterError, match=told):
+@pytest.mark.parametrize(("arguments", "message"), TABLES)
+def test_table(arguments, message):
+    with pytest.raises(st.ParameterError, match=message):
         st.Table(*arguments)
 
 
@@ -98,9 +98,9 @@ PROCESSES = [
 ]
 
 
-@pytest.mark.parametrize(("make", "told"), PROCESSES)
-def test_process(make, told):
-    with pytest.raises(st.ParameterError, match=told):
+@pytest.mark.parametrize(("make", "message"), PROCESSES)
+def test_process(make, message):
+    with pytest.raises(st.ParameterError, match=message):
         make()
 
 
@@ -115,9 +115,9 @@ LOOPS = [
 ]
 
 
-@pytest.mark.parametrize(("options", "told"), LOOPS)
-def test_loop(options, told):
-    with pytest.raises(st.ParameterError, match=told):
+@pytest.mark.parametrize(("options", "message"), LOOPS)
+def test_loop(options, message):
+    with pytest.raises(st.ParameterError, match=message):
         st.Loop(**({"controller": PID, "valve": VALVE, "process": PLANT, "dt": 1.0} | options))
 
 

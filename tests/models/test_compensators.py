@@ -171,7 +171,7 @@ def test_plain_python_gives_the_same_bits():
     assert done.stdout.strip() == digest()
 
 
-def test_a_compensator_that_does_nothing_changes_no_bit():
+def test_compensator_without_pulses_changes_no_bit():
     """The quick way of a bare loop and the general way of a compensated one."""
     bare = run(st.Kano(3.0, 1.0), None)
     idle = run(st.Kano(3.0, 1.0), st.Knocker(0.0, 2.0, 5.0))
@@ -329,9 +329,9 @@ def test_settings_scale_with_the_stiction(name):
         factor = 2.0 if unit in ("% of span", "PV units") else 1.0
         if getattr(one, key) is not None:
             assert getattr(two, key) == pytest.approx(factor * getattr(one, key))
-    told = json.loads(json.dumps(one.to_dict()))
-    assert told.pop("compensator") == name
-    assert CLASSES[name](**told) == one
+    data = json.loads(json.dumps(one.to_dict()))
+    assert data.pop("compensator") == name
+    assert CLASSES[name](**data) == one
 
 
 @pytest.mark.parametrize("name", COMPENSATOR_PROPERTIES)

@@ -66,9 +66,9 @@ REFUSED = [
 ]
 
 
-@pytest.mark.parametrize(("valve", "model", "options", "told"), REFUSED)
-def test_what_does_not_convert_is_refused_with_a_remedy(valve, model, options, told):
-    with pytest.raises(st.ParameterError, match=told):
+@pytest.mark.parametrize(("valve", "model", "options", "message"), REFUSED)
+def test_impossible_conversion_is_an_error_with_a_remedy(valve, model, options, message):
+    with pytest.raises(st.ParameterError, match=message):
         convert_valve(valve, model, **options)
 
 
@@ -108,7 +108,7 @@ def test_he_there_and_back():
 
 
 @given(op=inputs())
-def test_bands_of_nothing_are_the_ideal_valve(op):
+def test_bands_of_zero_are_the_ideal_valve(op):
     for valve in (st.Kano(0.0, 0.0), st.Stenman(0.0), st.He(0.0, 0.0), st.Srinivasan(0.0, 0.0, 3.0)):
         assert np.array_equal(st.stroke(valve, op, 1.0).mv, st.stroke(convert_valve(valve, "Ideal"), op, 1.0).mv)
 

@@ -73,10 +73,10 @@ def test_pint_quantity_of_another_registry():
     ],
     ids=str,
 )
-def test_bad_input_is_told(change, words):
-    with pytest.raises(st.ParameterError) as told:
+def test_bad_input_is_an_error_with_its_name(change, words):
+    with pytest.raises(st.ParameterError) as raised:
         st.PhysicalValve(**{**GOOD, **change})
-    assert [word for word in words if word not in str(told.value)] == []
+    assert [word for word in words if word not in str(raised.value)] == []
 
 
 def test_missing_quantity_is_a_missing_argument():

@@ -129,9 +129,9 @@ REFUSED = [
 ]
 
 
-@pytest.mark.parametrize(("options", "told"), REFUSED)
-def test_bad_parameters_get_a_sentence(options, told):
-    with pytest.raises(st.ParameterError, match=told):
+@pytest.mark.parametrize(("options", "message"), REFUSED)
+def test_bad_parameters_get_a_sentence(options, message):
+    with pytest.raises(st.ParameterError, match=message):
         st.PID(**({"Kc": 1.0, "Ti": 10.0} | options))
 
 

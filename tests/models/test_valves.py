@@ -61,7 +61,7 @@ def test_step_from_0_to_10(row):
 
 
 @pytest.mark.parametrize("row", STAIRS, ids=str)
-def test_held_steps_move_the_stem_when_told(row):
+def test_held_steps_move_the_stem_of_models_that_follow(row):
     """Check N22a: J onwards, each time the first step beyond it; S backwards from the last stop."""
     case = row.given
     valve = st.Kano(case["S"], case["J"])
@@ -160,11 +160,11 @@ def test_the_same_numbers_without_compiling():
         "loop = st.Loop(st.PID(0.2, 10.0, 1.0, N=8.0), st.Kano(3.0, 1.0), st.SOPDT(3.0, 10.0, 4.0, 2.5), dt=1.0)\n"
         "print(st.simulate(loop, sp=10.0, duration=300.0).pv.tobytes().hex())\n"
     )
-    told = [
+    texts = [
         subprocess.run(
             [sys.executable, "-c", program], env=os.environ | extra, capture_output=True, text=True, check=True
         ).stdout
         for extra in ({"NUMBA_DISABLE_JIT": "1"}, {"NUMBA_DISABLE_JIT": "0"})
     ]
-    assert len(told[0]) > 10000
-    assert told[0] == told[1]
+    assert len(texts[0]) > 10000
+    assert texts[0] == texts[1]

@@ -154,8 +154,8 @@ def test_numbers_are_json_ready():
 
 
 @pytest.mark.parametrize(
-    ("slope", "told"), [(0.0, "slope = 0 psi/s is not positive"), (1e-9, "the ramp"), (1e4, "too high")]
+    ("slope", "message"), [(0.0, "slope = 0 psi/s is not positive"), (1e-9, "the ramp"), (1e4, "too high")]
 )
-def test_a_ramp_that_cannot_be_run_is_refused(slope, told):
-    with pytest.raises(st.ParameterError, match=told):
+def test_a_ramp_that_cannot_be_run_is_refused(slope, message):
+    with pytest.raises(st.ParameterError, match=message):
         equations1to3(slope=slope)

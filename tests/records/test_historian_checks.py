@@ -182,16 +182,16 @@ def test_rounding_is_called_by_its_name(noisy):
 def test_op_at_its_own_limit_is_seen_in_short_cycles_and_though_samples_are_lost(noisy, lost):
     for seed, record in enumerate(noisy):
         fast = sample_slower(record, max(find_oscillation(record).period / 15.0, 1.0))
-        gates = {g.name: g for g in judged(drop_samples(clip_op(fast, 0.35), lost, seed)).checks}
-        assert gates["saturation"].value > 15.0
+        checks = {g.name: g for g in judged(drop_samples(clip_op(fast, 0.35), lost, seed)).checks}
+        assert checks["saturation"].value > 15.0
 
 
 @pytest.mark.parametrize("share", [0.03, 0.06, 0.15])
-def test_op_at_its_own_limit_is_seen_beside_held_values(noisy, share):
+def test_clipped_op_is_found_with_held_values(noisy, share):
     for seed, record in enumerate(noisy):
         fast = sample_slower(record, max(find_oscillation(record).period / 15.0, 1.0))
-        gates = {g.name: g for g in judged(clip_op(freeze_signals(fast, share, seed), 0.35)).checks}
-        assert gates["saturation"].value > 15.0
+        checks = {g.name: g for g in judged(clip_op(freeze_signals(fast, share, seed), 0.35)).checks}
+        assert checks["saturation"].value > 15.0
         unclipped = {g.name: g for g in judged(freeze_signals(fast, share, seed)).checks}
         assert unclipped["saturation"].value < 5.0
 
@@ -199,9 +199,9 @@ def test_op_at_its_own_limit_is_seen_beside_held_values(noisy, share):
 @pytest.mark.parametrize("every", [2, 3, 4])
 def test_lines_between_few_samples_are_seen_where_both_signals_lie_on_them(noisy, every):
     for record in noisy:
-        gate = next(g for g in judged(interpolate_samples(record, float(every))).checks if g.name == "compression")
-        assert gate.severity != "ok"
-        assert gate.severity == "reject" or gate.value == pytest.approx(100.0 * (1.0 - 1.0 / every), abs=2.0)
+        check = next(g for g in judged(interpolate_samples(record, float(every))).checks if g.name == "compression")
+        assert check.severity != "ok"
+        assert check.severity == "reject" or check.value == pytest.approx(100.0 * (1.0 - 1.0 / every), abs=2.0)
 
 
 def severities(record, period):
@@ -230,7 +230,7 @@ SPOILED = (
     shift=some.floats(-100.0, 100.0),
     second=some.floats(1e-3, 1e3),
 )
-def test_no_gate_depends_on_units(noisy, which, spoil, op, gain, shift, second):
+def test_no_check_depends_on_units(noisy, which, spoil, op, gain, shift, second):
     record = spoil(noisy[which])
     other = replace(record, dt=second * record.dt, op=op[0] * record.op + op[1], pv=gain * (record.pv + shift), sp=None)
     assert severities(other, 50.0 * second) == severities(replace(record, sp=None), 50.0)
@@ -245,7 +245,7 @@ def test_the_order_of_columns_and_the_unit_of_time_do_not_matter(noisy, table, r
     assert assess_quality(a, 50.0) == assess_quality(b, 50.0)
 
 
-def test_gates_are_fast():
+def test_checks_are_fast():
     # The aim is 2 ms and 20 ms; the limits allow for a busy machine.
     rng = np.random.default_rng(0)
     for n, limit in ((2000, 0.02), (30_000, 0.2)):
@@ -272,10 +272,10 @@ def test_a_tenth_of_the_samples_may_lie_on_straight_lines(drawn, severity):
     """One line between two samples of noise, with so many of 1 000 samples strictly inside."""
     op, pv = np.random.default_rng(5).normal(size=(2, 1000))
     op[300 : 302 + drawn] = np.linspace(op[300], op[301 + drawn], drawn + 2)
-    gate = next(
+    check = next(
         g for g in assess_quality(LoopRecord("FIC-1", 1.0, op=op, pv=pv), 100.0).checks if g.name == "compression"
     )
-    assert (gate.value, gate.severity) == (pytest.approx(drawn / 10.0), severity)
+    assert (check.value, check.severity) == (pytest.approx(drawn / 10.0), severity)
 
 
 @pytest.mark.parametrize(("repeated", "severity"), [(200, "ok"), (201, "warn")])
@@ -284,5 +284,5 @@ def test_a_fifth_of_the_samples_may_repeat_op_and_pv(repeated, severity):
     signals = np.random.default_rng(6).normal(size=(2, 1001))
     for k in range(4, 4 + 4 * repeated, 4):
         signals[:, k] = signals[:, k - 1]
-    gate = next(g for g in assess_quality(LoopRecord("FIC-1", 1.0, *signals)).checks if g.name == "held values")
-    assert (gate.value, gate.severity) == (pytest.approx(repeated / 10.0), severity)
+    check = next(g for g in assess_quality(LoopRecord("FIC-1", 1.0, *signals)).checks if g.name == "held values")
+    assert (check.value, check.severity) == (pytest.approx(repeated / 10.0), severity)

@@ -25,21 +25,21 @@ def bumps():
     return LoopRecord("TIC-1", 1.0, op=op, pv=pv)
 
 
-def gates(record):
-    return {gate.name: gate for gate in assess_quality(record).checks}
+def checks(record):
+    return {check.name: check for check in assess_quality(record).checks}
 
 
-@pytest.mark.parametrize("told", [True, False])
-def test_bumps_in_manual_are_no_limit(bumps, told):
+@pytest.mark.parametrize("has_mode", [True, False])
+def test_bumps_in_manual_are_no_limit(bumps, has_mode):
     auto = np.ones(N, dtype=bool)
     auto[FIRST:LAST] = False
-    record = replace(bumps, auto=auto) if told else bumps
+    record = replace(bumps, auto=auto) if has_mode else bumps
     assert not find_saturation(record.op, record.pv, record.auto).any()
     assert np.array_equal(find_manual_steps(record.op), ~auto)
-    found = gates(record)
+    found = checks(record)
     assert (found["saturation"].severity, found["manual"].severity) == ("ok", "warn")
     assert found["manual"].value == pytest.approx(100.0 * (LAST - FIRST) / N)
-    assert ("mode is not automatic" if told else "OP moves in steps") in found["manual"].why
+    assert ("mode is not automatic" if has_mode else "OP moves in steps") in found["manual"].why
     assert analysis_window(record) == (LAST, N)
 
 
@@ -49,7 +49,7 @@ def test_a_line_that_the_historian_drew_between_two_levels_parts_no_steps(bumps)
     assert find_manual_steps(op)[FIRST:LAST].all()
 
 
-def test_an_op_clipped_in_automatic_is_seen_beside_bumps_that_go_farther(bumps):
+def test_op_clipped_in_automatic_is_found_although_manual_steps_go_farther(bumps):
     auto = np.ones(N, dtype=bool)
     auto[FIRST:LAST] = False
     op = np.where(auto, np.minimum(bumps.op, 51.5), bumps.op)
@@ -70,7 +70,7 @@ def test_what_no_hand_did_is_no_step_test(bumps):
     op[FIRST:LAST] = np.repeat([20.0, 80.0], 400)
     assert not find_manual_steps(op).any()
     assert find_saturation(op, bumps.pv)[FIRST:LAST].all()
-    # A single rest is told by the rule of rests.
+    # A single constant run is left to the rule for constant runs.
     op[FIRST:LAST] = bumps.op[LAST:]
     op[FIRST : FIRST + 100] = 50.0
     assert not find_manual_steps(op).any()
@@ -85,4 +85,4 @@ def test_what_the_operator_sets_to_0_or_100_is_no_limit_of_the_loop(bumps):
     record = replace(record, auto=auto)
     assert not find_saturation(record.op, record.pv, record.auto).any()
     assert not find_span_ends(record.op, record.auto).any()
-    assert gates(record)["saturation"].severity == "ok"
+    assert checks(record)["saturation"].severity == "ok"

@@ -8,8 +8,8 @@ import pytest
 from stiction.records import LoopRecord, assess_quality
 
 
-def gate(record, name):
-    return next(gate for gate in assess_quality(record).checks if gate.name == name)
+def find_check(record, name):
+    return next(check for check in assess_quality(record).checks if check.name == name)
 
 
 @pytest.mark.parametrize(("ways", "severity"), [(2, "warn"), (6, "warn"), (7, "ok")])
@@ -17,7 +17,7 @@ def test_turns_of_op_and_no_ripple_on_its_way(ways, severity):
     way = np.linspace(0.0, 10.0, 200)
     op = np.concatenate([way if k % 2 == 0 else way[::-1] for k in range(ways)])
     ripple = 0.004 * np.sin(np.arange(op.size))
-    found = gate(LoopRecord("FIC-101", 1.0, op=50.0 + op + ripple, pv=2.0 * op), "op reversals")
+    found = find_check(LoopRecord("FIC-101", 1.0, op=50.0 + op + ripple, pv=2.0 * op), "op reversals")
     assert (found.severity, found.value, found.limit) == (severity, ways - 1, 6)
 
 
@@ -34,22 +34,22 @@ def test_turns_are_those_of_the_longest_zigzag(seed):
                 up[k] = max(up[k], down[i] + 1)
             if op[i] - op[k] > reach:
                 down[k] = max(down[k], up[i] + 1)
-    found = gate(LoopRecord("FIC-101", 1.0, op=op, pv=2.0 * op), "op reversals")
+    found = find_check(LoopRecord("FIC-101", 1.0, op=op, pv=2.0 * op), "op reversals")
     assert found.value == max(up.max(), down.max()) - 1
 
 
 def test_a_column_taken_twice_is_no_loop():
     op = 50.0 + np.sin(np.arange(400.0))
-    twice = gate(LoopRecord("FIC-101", 1.0, op=op, pv=op), "pv movement")
+    twice = find_check(LoopRecord("FIC-101", 1.0, op=op, pv=op), "pv movement")
     assert twice.severity == "reject"
     assert "same numbers" in twice.why
-    assert gate(LoopRecord("FIC-101", 1.0, op=op, pv=2.0 * op), "pv movement").severity == "ok"
+    assert find_check(LoopRecord("FIC-101", 1.0, op=op, pv=2.0 * op), "pv movement").severity == "ok"
 
 
 @pytest.mark.parametrize(("likeness", "severity"), [(-0.59, "warn"), (-0.61, "reject")])
 def test_what_alternates_faster_than_three_samples_a_cycle_is_refused(likeness, severity):
     """The correlation of a sine with its last value is the cosine of the phase between two samples."""
     phase = np.arccos(likeness) * np.arange(6000)
-    found = gate(LoopRecord("FIC-1", 1.0, op=50.0 + np.sin(phase), pv=np.cos(phase)), "sampling")
+    found = find_check(LoopRecord("FIC-1", 1.0, op=50.0 + np.sin(phase), pv=np.cos(phase)), "sampling")
     assert found.value == pytest.approx(likeness, abs=1e-3)
     assert found.severity == severity

@@ -97,7 +97,7 @@ def test_a_transmitter_damped_by_tustins_rule_is_no_mean_of_two():
 
 
 @pytest.mark.parametrize("every", [2, 3, 5])
-def test_signals_held_or_drawn_between_fewer_samples_have_a_gate_of_their_own(every):
+def test_held_or_interpolated_signals_have_a_check_of_their_own(every):
     knots = K[::every]
     held = [noisy(seed)[knots].repeat(every) for seed in (1, 2)]
     drawn = [np.interp(K, knots, noisy(seed)[knots]) for seed in (1, 2)]
@@ -105,26 +105,26 @@ def test_signals_held_or_drawn_between_fewer_samples_have_a_gate_of_their_own(ev
 
 
 @pytest.mark.parametrize("window", [2, 3, 5, 9])
-def test_an_averaged_loop_has_its_gate_and_keeps_the_controllers_law(window, loops):
+def test_averaged_loop_is_found_and_keeps_the_controller_equation(window, loops):
     for raw in loops:
         record = smoothed(raw, window)
-        assert not next((gate for gate in assess_quality(raw).checks if gate.name == "moving average"), None)
+        assert not next((check for check in assess_quality(raw).checks if check.name == "moving average"), None)
         found = fit_controller(record)
         assert found.unexplained < 1e-6  # the controller's law holds as before
         for period in (None, 60.0, 1000.0):
-            gate = next(gate for gate in assess_quality(record, period).checks if gate.name == "moving average")
-            assert gate.severity == "warn"
-            assert f"OP and PV are moving averages over {window} s" in gate.why
+            check = next(check for check in assess_quality(record, period).checks if check.name == "moving average")
+            assert check.severity == "warn"
+            assert f"OP and PV are moving averages over {window} s" in check.why
 
 
-def test_a_first_order_lag_of_both_cannot_be_told(loops):
+def test_first_order_lag_of_both_signals_is_not_an_average(loops):
     lag = 0.3 * 0.7 ** np.arange(60)
     op, pv = (np.convolve(x, lag, "valid") for x in (loops[0].op, loops[0].pv))
     assert detect_averaging_window(op, pv) == 0
 
 
 @pytest.mark.parametrize("n", [0, 3, 59, 61, 100, 150])
-def test_short_records_say_nothing_and_do_not_fail(n):
+def test_short_record_has_no_averaging_window(n):
     assert detect_averaging_window(noisy(1, n=n), noisy(2, n=n)) == 0
     assert detect_averaging_window(np.zeros(n), np.zeros(n)) == 0
 
@@ -155,5 +155,5 @@ def test_a_notch_is_a_fifth_of_what_is_about_it(share, found):
 def test_few_samples_look_averaged_and_no_more_is_said():
     record = LoopRecord("FC1", 1.0, *(averaged(noisy(seed), 3) for seed in (8, 9)))
     for n, seem in ((120, "look like"), (400, "are")):
-        gate = next(gate for gate in assess_quality(record.window(0, n)).checks if gate.name == "moving average")
-        assert gate.why.startswith(f"OP and PV {seem} moving averages over 3 s")
+        check = next(check for check in assess_quality(record.window(0, n)).checks if check.name == "moving average")
+        assert check.why.startswith(f"OP and PV {seem} moving averages over 3 s")

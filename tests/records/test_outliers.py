@@ -1,4 +1,4 @@
-"""Values that stand alone far off all others: they are missing, told, and turn no verdict."""
+"""Outliers: they count as missing, are reported, and change no verdict."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ def test_one_bad_value_in_two_thousand_turns_no_verdict(sticky, name, code):
     plain, found = st.diagnose(sticky), st.diagnose(spoilt)
     assert plain.verdict == found.verdict == "stiction"
     assert found.probability == pytest.approx(plain.probability, abs=0.02)
-    assert [gate.name for gate in found.quality.warnings if gate.name == "outliers"]
+    assert [check.name for check in found.quality.warnings if check.name == "outliers"]
     assert pytest.approx(plain.identification.S, rel=0.03) == found.identification.S
     if name == "op" or abs(code) > 200.0:
         assert pytest.approx(5.0, rel=0.05) == st.identify(spoilt, period=83.0).S
 
 
-def test_nothing_is_taken_off_a_good_record(sticky):
+def test_good_record_has_no_outliers(sticky):
     assert mask_outliers(sticky) is sticky
 
 
@@ -68,12 +68,12 @@ def test_a_spike_of_the_transmitter_that_the_controller_hands_on_stays():
     assert mask_outliers(record) is record
 
 
-def test_the_gate_counts_them_and_the_receipt_names_one():
+def test_check_counts_outliers_and_read_summary_names_one():
     x = np.sin(np.arange(600) / 9.0)
     op = 50.0 + x
     op[[100, 400]] = 0.0
     quality = assess_quality(LoopRecord("FIC-1", 1.0, op=op, pv=x))
-    assert [(gate.value, gate.severity) for gate in quality.checks if gate.name == "outliers"] == [(2, "warn")]
+    assert [(check.value, check.severity) for check in quality.checks if check.name == "outliers"] == [(2, "warn")]
     assert mask_outliers(LoopRecord("FIC-1", 1.0, op=op, pv=x)).provenance.assumptions == (
         "2 values far from all others are taken as missing (such as OP 0).",
     )
@@ -118,7 +118,7 @@ def test_a_set_point_that_moves_all_the_time_explains_no_bad_value():
 
 
 @pytest.mark.parametrize("code", [-9999.0, 1e6])
-def test_a_bad_value_says_nothing_of_the_scale_of_op(read_text, code):
+def test_bad_value_does_not_change_the_scale_of_op(read_text, code):
     k = np.arange(600)
     op = 12.0 + 2.0 * np.sin(k / 9.5)
     op[300] = code
@@ -132,7 +132,7 @@ def test_a_bad_value_says_nothing_of_the_scale_of_op(read_text, code):
 
 @pytest.mark.parametrize("name", ["op", "pv"])
 @pytest.mark.parametrize("gap", [699, 701])
-def test_a_code_beside_a_gap_is_one(sticky, name, gap):
+def test_code_next_to_a_gap_is_an_outlier(sticky, name, gap):
     x = getattr(sticky, name).copy()
     x[700], x[gap] = -9999.0, np.nan
     found = st.diagnose(replace(sticky, **{name: x}))
@@ -203,7 +203,7 @@ def test_what_is_left_is_not_looked_at_again(seed):
 
 
 @pytest.mark.parametrize(("far", "count"), [(19.9, 0), (20.1, 1)])
-def test_at_an_end_or_beside_a_gap_a_value_must_stand_off_twenty_widths(far, count):
+def test_outlier_at_an_end_or_next_to_a_gap_is_twenty_widths_away(far, count):
     """All others are half a width above or below 0."""
     x = np.where(np.arange(2000) % 2, 0.5, -0.5)
     for k in (0, 1000, 1999):

@@ -28,5 +28,5 @@ def test_the_signal_stays_as_it_is():
 
 
 @pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
-def test_of_nothing_nothing_is_known(share):
+def test_quantile_of_an_empty_signal_is_nan(share):
     assert math.isnan(quantiles(np.empty(0), share)[0])

@@ -34,8 +34,8 @@ def test_time_span_and_unit():
 
 
 def test_an_assumption_names_its_loops():
-    told = summarise([record("A", "One.", "All."), record("B", "All."), record("C", "Two.", "All.", "One.")])
-    assert told.assumptions == ("A, C: One.", "All.", "C: Two.")
+    summary = summarise([record("A", "One.", "All."), record("B", "All."), record("C", "Two.", "All.", "One.")])
+    assert summary.assumptions == ("A, C: One.", "All.", "C: Two.")
     assert summarise([record("A", "One.")]).assumptions == ("One.",)
-    told = summarise([record(tag, "Many.") for tag in "ABCDE"] + [record("F"), record("F", "Own.")])
-    assert told.assumptions == ("A, B, C and 2 more: Many.", "F from F.csv: Own.")
+    summary = summarise([record(tag, "Many.") for tag in "ABCDE"] + [record("F"), record("F", "Own.")])
+    assert summary.assumptions == ("A, B, C and 2 more: Many.", "F from F.csv: Own.")

@@ -67,8 +67,8 @@ def test_a_cut_takes_its_part_of_what_was_made_up():
     """400 of 2000 samples are a fifth of any part, not eight in nine of 450."""
     whole = loop(provenance=Provenance(held_samples=400, rows=N, clock_jumps=3))
     for part in (whole, whole.window(0, 450), whole.window(450, 900).window(0, 100)):
-        [gate] = [gate for gate in assess_quality(part).checks if gate.name == "resampled"]
-        assert (gate.severity, gate.value) == ("ok", pytest.approx(20.0))
+        [check] = [check for check in assess_quality(part).checks if check.name == "resampled"]
+        assert (check.severity, check.value) == ("ok", pytest.approx(20.0))
         assert part.provenance.clock_jumps == 3
     assert whole.window(5, 5).provenance.held_samples == 0
 
@@ -155,9 +155,9 @@ def test_what_is_no_real_number_is_refused(values):
         LoopRecord("FIC-1", 1.0, op=values)
 
 
-@pytest.mark.parametrize(("dt", "told"), [(10**400, "beyond"), (np.complex128(1 + 1j), "must be a number in s")])
-def test_a_period_that_is_no_number_of_that_size_is_refused(dt, told):
-    with pytest.raises(st.ParameterError, match=f"dt .*{told}"):
+@pytest.mark.parametrize(("dt", "message"), [(10**400, "beyond"), (np.complex128(1 + 1j), "must be a number in s")])
+def test_a_period_that_is_no_number_of_that_size_is_refused(dt, message):
+    with pytest.raises(st.ParameterError, match=f"dt .*{message}"):
         LoopRecord("FIC-1", dt, op=[1.0])
 
 

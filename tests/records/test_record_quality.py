@@ -27,7 +27,7 @@ def good():
     return LoopRecord("FIC-1", 1.0, op=op, pv=pv, loop_type="flow")
 
 
-def gate(record, name, period=None):
+def find_check(record, name, period=None):
     return next(g for g in assess_quality(record, period).checks if g.name == name)
 
 
@@ -39,7 +39,7 @@ def faults(record, period=None):
     return {g.name: g.severity for g in quality.checks if g.severity != "ok"}
 
 
-def test_a_good_record_passes_every_gate(good):
+def test_good_record_passes_every_check(good):
     quality = assess_quality(good, PERIOD)
     assert quality.usable
     assert faults(good, PERIOD) == {}
@@ -54,19 +54,19 @@ def test_a_good_record_passes_every_gate(good):
 
 @pytest.mark.parametrize(("period", "severity"), [(100.0, "ok"), (200.0, "warn"), (500.0, "reject")])
 def test_cycles(good, period, severity):
-    found = gate(good, "cycles", period)
+    found = find_check(good, "cycles", period)
     assert (found.severity, found.value) == (severity, N / period)
 
 
 @pytest.mark.parametrize(("period", "severity"), [(12.0, "ok"), (6.0, "warn"), (3.0, "reject")])
 def test_samples_per_cycle(good, period, severity):
-    found = gate(good, "sampling", period)
+    found = find_check(good, "sampling", period)
     assert (found.severity, found.value) == (severity, period)
 
 
 def test_a_short_record_needs_more_samples_per_cycle(good):
-    assert gate(good, "sampling", 5.0).severity == "warn"
-    assert gate(good.window(0, 150), "sampling", 5.0).severity == "reject"
+    assert find_check(good, "sampling", 5.0).severity == "warn"
+    assert find_check(good.window(0, 150), "sampling", 5.0).severity == "reject"
 
 
 def test_period_must_be_positive(good):
@@ -76,7 +76,7 @@ def test_period_must_be_positive(good):
 
 @pytest.mark.parametrize(("n", "severity"), [(320, "ok"), (280, "warn"), (40, "reject")])
 def test_length(good, n, severity):
-    found = gate(good.window(0, n), "length")
+    found = find_check(good.window(0, n), "length")
     assert (found.severity, found.value) == (severity, n)
 
 
@@ -84,7 +84,7 @@ def test_length(good, n, severity):
 def test_constant_signal(good, signal):
     record = replace(good, **{signal: np.full(N, 42.0)})
     assert (faults(record)[f"{signal} movement"], assess_quality(record).usable) == ("reject", False)
-    assert "in automatic" not in gate(record, "length").why  # it is
+    assert "in automatic" not in find_check(record, "length").why  # it is
 
 
 def test_no_pv(good):
@@ -97,7 +97,7 @@ def test_saturation_at_the_span(good, limit):
     op[300:420] = limit
     record = replace(good, op=op)
     assert faults(record) == {"saturation": "warn"}
-    assert gate(record, "saturation").value == pytest.approx(10.0)
+    assert find_check(record, "saturation").value == pytest.approx(10.0)
     assert analysis_window(record) == (0, N)  # there OP is known: the valve was sent that
 
 
@@ -105,7 +105,7 @@ def test_saturation_at_a_limit_of_its_own(good):
     op = good.op.copy()
     op[300:420] = 77.0
     record = replace(good, op=op)
-    assert gate(record, "saturation").value == pytest.approx(10.0)
+    assert find_check(record, "saturation").value == pytest.approx(10.0)
     assert analysis_window(record) == (420, N)
 
 
@@ -122,7 +122,7 @@ def test_manual_by_the_mode(good):
     auto[0:300] = False
     record = replace(good, auto=auto)
     assert faults(record) == {"manual": "warn"}
-    assert gate(record, "manual").value == pytest.approx(25.0)
+    assert find_check(record, "manual").value == pytest.approx(25.0)
     assert analysis_window(record) == (300, N)
 
 
@@ -138,7 +138,7 @@ def test_an_op_that_never_rests_and_then_does_was_in_manual(good):
     op = good.op.copy()
     op[900:920] = 50.0
     short = replace(good, op=op)
-    assert gate(short, "manual").value == pytest.approx(100.0 * 20.0 / N)
+    assert find_check(short, "manual").value == pytest.approx(100.0 * 20.0 / N)
     assert analysis_window(short) == (0, 900)
     op[900:920] = good.op[900:920]
     op[900:908] = 50.0
@@ -147,7 +147,7 @@ def test_an_op_that_never_rests_and_then_does_was_in_manual(good):
     rests = np.round(good.op)
     rests[900:920] = 50.0
     assert analysis_window(replace(good, op=rests)) == (0, N)
-    assert gate(replace(good, op=np.repeat(good.op[::20], 20)), "manual").value == 0.0
+    assert find_check(replace(good, op=np.repeat(good.op[::20], 20)), "manual").value == 0.0
 
 
 @pytest.mark.parametrize("also_op", [True, False])
@@ -158,37 +158,37 @@ def test_a_frozen_stretch_is_left_out_and_is_not_manual(good, also_op):
         op[700:1000] = 50.0
     record = replace(good, op=op, pv=pv)
     assert faults(record) == {"frozen pv": "warn"}
-    assert gate(record, "frozen pv").value == pytest.approx(100 * 300 / N)
+    assert find_check(record, "frozen pv").value == pytest.approx(100 * 300 / N)
     assert analysis_window(record) == (0, 700)
 
 
 def test_op_and_pv_that_rest_together_say_that_the_historian_was_not_reached(good):
     op, pv = good.op.copy(), good.pv.copy()
     pv[700:708] = 200.0
-    assert gate(replace(good, pv=pv), "historian outages").value == 0
+    assert find_check(replace(good, pv=pv), "historian outages").value == 0
     op[700:708] = 50.0
     record = replace(good, op=op, pv=pv)
     assert faults(record) == {"historian outages": "warn"}
-    assert gate(record, "historian outages").value == 1
+    assert find_check(record, "historian outages").value == 1
     assert analysis_window(record) == (0, N)
     # Of a coarse PV, which rests by itself as well, so short a rest says nothing.
     coarse = np.round(good.pv / np.ptp(good.pv) * 10.0)
     coarse[700:708] = 20.0
-    assert gate(replace(good, op=op, pv=coarse), "historian outages").value == 0
+    assert find_check(replace(good, op=op, pv=coarse), "historian outages").value == 0
     # A loop at rest before it is moved was reached by its historian.
     op, pv = good.op.copy(), good.pv.copy()
     op[:8], pv[:8] = op[8], pv[8]
-    assert gate(replace(good, op=op, pv=pv), "historian outages").value == 0
+    assert find_check(replace(good, op=op, pv=pv), "historian outages").value == 0
 
 
-def test_an_op_at_its_own_limit_is_seen_beside_a_stretch_in_manual(good):
+def test_clipped_op_is_found_in_a_record_with_manual_control(good):
     op = np.minimum(good.op, np.percentile(good.op, 70.0))
-    alone = gate(replace(good, op=op), "saturation").value
+    alone = find_check(replace(good, op=op), "saturation").value
     assert alone > 15.0
     op[900:960] = np.percentile(op, 40.0)
     record = replace(good, op=op)
-    assert gate(record, "saturation").value == pytest.approx(alone, abs=100 * 60 / N)
-    assert gate(record, "manual").value == pytest.approx(100 * 60 / N)
+    assert find_check(record, "saturation").value == pytest.approx(alone, abs=100 * 60 / N)
+    assert find_check(record, "manual").value == pytest.approx(100 * 60 / N)
 
 
 def test_rests_that_come_back_are_not_frozen():
@@ -197,7 +197,7 @@ def test_rests_that_come_back_are_not_frozen():
     pv = np.round(2.0 * np.sin(2 * np.pi * k / 400))
     op = 50 + 6 * np.cos(2 * np.pi * k / 400) + np.random.default_rng(1).normal(0, 0.1, N)
     assert max(np.diff(np.flatnonzero(np.diff(pv)))) > 60
-    assert gate(LoopRecord("LIC-1", 1.0, op=op, pv=pv), "frozen pv").value == 0.0
+    assert find_check(LoopRecord("LIC-1", 1.0, op=op, pv=pv), "frozen pv").value == 0.0
 
 
 def test_slow_historian_repeats_both(good):
@@ -211,11 +211,11 @@ def test_interpolated_by_the_historian(good):
     knots = k[::12]
     record = replace(good, op=np.interp(k, knots, good.op[knots]), pv=np.interp(k, knots, good.pv[knots]))
     assert faults(record, PERIOD) == {"compression": "reject"}
-    assert gate(record, "compression", PERIOD).value == pytest.approx(PERIOD / 12, rel=0.2)  # points per cycle
+    assert find_check(record, "compression", PERIOD).value == pytest.approx(PERIOD / 12, rel=0.2)  # points per cycle
     knots = k[::5]
     record = replace(good, op=np.interp(k, knots, good.op[knots]), pv=np.interp(k, knots, good.pv[knots]))
     assert faults(record, PERIOD) == {"compression": "warn"}
-    assert gate(record, "compression", PERIOD).value == pytest.approx(80, abs=3)  # four of five samples are drawn
+    assert find_check(record, "compression", PERIOD).value == pytest.approx(80, abs=3)  # four of five samples are drawn
 
 
 def test_straight_op_over_a_still_pv_is_integral_action_not_compression():
@@ -223,7 +223,7 @@ def test_straight_op_over_a_still_pv_is_integral_action_not_compression():
     phase = np.arange(N) // 40 % 2
     pv = np.where(phase == 0, 1.0, -1.0)
     op = 50 - np.cumsum(pv) * 0.1
-    assert gate(LoopRecord("FIC-1", 1.0, op=op, pv=pv), "compression").severity == "ok"
+    assert find_check(LoopRecord("FIC-1", 1.0, op=op, pv=pv), "compression").severity == "ok"
 
 
 @pytest.mark.parametrize(
@@ -235,7 +235,7 @@ def test_straight_op_over_a_still_pv_is_integral_action_not_compression():
 )
 def test_resolution(good, signal, step, severity):
     record = replace(good, **{signal: np.round(getattr(good, signal) / step) * step})
-    assert gate(record, f"{signal} resolution").severity == severity
+    assert find_check(record, f"{signal} resolution").severity == severity
 
 
 def test_coarse_op(good):
@@ -248,7 +248,7 @@ def test_missing_values_and_bridged_gaps(good):
     pv[700:730] = np.nan
     record = replace(good, pv=pv)
     assert faults(record) == {"missing values": "warn"}
-    found = gate(record, "missing values")
+    found = find_check(record, "missing values")
     assert found.value == pytest.approx(100 * 33 / N)
     assert "longest gap lasts 30 s" in found.why
     assert analysis_window(record) == (0, 700)
@@ -293,7 +293,7 @@ def test_a_record_without_memory_is_doubted(good):
     rng = np.random.default_rng(2)
     record = replace(good, op=50 + rng.normal(0, 1, N), pv=rng.normal(0, 1, N))
     assert faults(record) == {"sampling": "warn"}
-    assert gate(record, "sampling").value < 0.1
+    assert find_check(record, "sampling").value < 0.1
 
 
 @pytest.mark.parametrize("change", [lambda op: op / 100, lambda op: (op - 50) / 6, lambda op: 8 * op])
@@ -308,22 +308,22 @@ def test_copied_stretch(good):
     op[800:900], pv[800:900] = op[200:300], pv[200:300]
     record = replace(good, op=op, pv=pv)
     assert faults(record) == {"copied data": "warn"}
-    assert gate(record, "copied data").value == pytest.approx(100 * 100 / N)
+    assert find_check(record, "copied data").value == pytest.approx(100 * 100 / N)
 
 
 def test_a_short_copy_is_seen_where_no_value_is_rounded(good):
     rng = np.random.default_rng(4)
     op, pv = (x + 1e-3 * rng.normal(size=N) for x in (good.op, good.pv))
     op[800:811], pv[800:811] = op[205:216], pv[205:216]
-    assert gate(replace(good, op=op, pv=pv), "copied data").value == pytest.approx(100 * 11 / N)
+    assert find_check(replace(good, op=op, pv=pv), "copied data").value == pytest.approx(100 * 11 / N)
     coarse = replace(good, op=np.round(op, 1), pv=np.round(pv, 1))
-    assert gate(coarse, "copied data").value == 0.0  # eleven rounded values can be the same by chance
+    assert find_check(coarse, "copied data").value == 0.0  # eleven rounded values can be the same by chance
 
 
 def test_an_exactly_periodic_simulation_is_no_copy():
     k = np.arange(N) % 50
     wave = np.abs(k - 25) + np.sin(k)
-    found = gate(LoopRecord("FIC-1", 1.0, op=50 + wave, pv=wave[::-1]), "copied data")
+    found = find_check(LoopRecord("FIC-1", 1.0, op=50 + wave, pv=wave[::-1]), "copied data")
     assert found.severity == "ok"
     assert "simulated" in found.why
 
@@ -333,7 +333,7 @@ def test_a_coarse_cycle_comes_back_to_itself_and_is_no_copy(good):
     k = np.arange(3000)
     wave = 2 * np.pi * k / 60.3
     record = LoopRecord("FIC-1", 1.0, op=50 + np.round(np.sin(wave), 2), pv=np.round(np.cos(wave), 2))
-    found = gate(record, "copied data")
+    found = find_check(record, "copied data")
     assert found.value > 2.0  # it does recur
     assert found.severity == "ok"
 
@@ -348,7 +348,7 @@ def test_a_clock_jump_is_cut_where_the_signals_break_off(good):
     assert analysis_window(replace(record, provenance=good.provenance)) == (0, len(record))
 
 
-def test_a_clock_jump_with_nothing_lost_cuts_nothing(good):
+def test_clock_jump_without_lost_rows_keeps_the_record(good):
     rng = np.random.default_rng(4)
     noise = rng.normal(0, 0.5, N)  # that the controller passes on
     record = replace(good, op=good.op - 0.2 * noise, pv=good.pv + noise)
@@ -360,25 +360,25 @@ def test_clock_jumps_of_the_reader(good):
     assert faults(record) == {"clock jumps": "warn"}
 
 
-def test_a_change_of_summer_time_that_was_undone_lowers_nothing(good):
+def test_corrected_summer_time_does_not_warn(good):
     record = replace(good, provenance=replace(good.provenance, clock_jumps=1, summer_time=1))
     assert faults(record) == {}
-    assert "summer time was corrected" in gate(record, "clock jumps").why
+    assert "summer time was corrected" in find_check(record, "clock jumps").why
     other = replace(good, provenance=replace(good.provenance, clock_jumps=2, summer_time=1))
     assert faults(other) == {"clock jumps": "warn"}
 
 
 def test_an_hour_that_was_lost_then_is_no_change_of_summer_time(good):
     keep = np.r_[0:500, 530:N]
-    told = replace(good.provenance, clock_jumps=1, summer_time=1)
-    record = replace(good, op=good.op[keep], pv=good.pv[keep], provenance=told)
+    provenance = replace(good.provenance, clock_jumps=1, summer_time=1)
+    record = replace(good, op=good.op[keep], pv=good.pv[keep], provenance=provenance)
     assert analysis_window(record)[0] in (501, 502)
     assert faults(record) == {"clock jumps": "warn"}
 
 
 @settings(deadline=None, max_examples=60)
 @given(data=some.data(), n=some.integers(0, 80))
-def test_window_holds_nothing_bad_and_is_the_longest(data, n):
+def test_window_is_the_longest_segment_without_faults(data, n):
     bad = np.array(data.draw(some.lists(some.booleans(), min_size=n, max_size=n)), dtype=bool)
     auto = np.array(data.draw(some.lists(some.booleans(), min_size=n, max_size=n)), dtype=bool) | (np.arange(n) % 3 > 0)
     record = LoopRecord("x", 1.0, op=np.where(bad, np.nan, 50 + np.sin(range(n))), pv=np.cos(range(n)), auto=auto)

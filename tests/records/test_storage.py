@@ -95,7 +95,7 @@ def test_straight_lines_between_samples_of_a_slow_historian_are_counted(every):
     assert count_interpolated(np.round(x, 4), np.round(y, 4), 1e-4, 1e-4) == pytest.approx(drawn, rel=0.1)
 
 
-def test_lines_between_the_steps_of_a_coarse_signal_are_counted_beside_a_fine_one():
+def test_lines_of_a_coarse_signal_are_counted_with_a_fine_companion():
     # Every 16th sample kept of a transmitter with four steps: the lines between make a lattice sixteen times finer.
     k, kept = np.arange(800), np.arange(0, 800, 16)
     rng = np.random.default_rng(3)

@@ -105,7 +105,7 @@ def test_two_that_rest_together_were_repeated():
     assert all(one.all() for one in find_stored_samples(resting(x, at), resting(y, at)))
 
 
-def test_missing_values_were_not_stored_and_hide_no_line_beside_them():
+def test_missing_values_are_not_stored_and_lines_next_to_them_count():
     rng = np.random.default_rng(3)
     x, y = rng.normal(size=(2, 300)).cumsum(axis=1)
     gone = rng.random(300) < 0.2
@@ -114,7 +114,7 @@ def test_missing_values_were_not_stored_and_hide_no_line_beside_them():
     assert kept.pv.all()
 
 
-def test_one_that_is_held_evenly_is_stored_as_often_though_it_be_coarse():
+def test_coarse_signal_held_evenly_is_stored_at_every_interval():
     rng = np.random.default_rng(5)
     pv = np.round(rng.normal(size=3000).cumsum() / 20.0)
     kept = find_stored_samples(rng.normal(size=3000), held(pv, 5, 2))

@@ -97,7 +97,7 @@ def test_map_agrees_with_its_boundaries():
     assert json.loads(json.dumps(seen.to_dict()))["rates"] == [5.0, 20.0, 80.0]
 
 
-def test_bad_input_is_told():
+def test_bad_input_is_an_error_with_its_name():
     with pytest.raises(st.ParameterError, match="Kano"):
         critical_rate(st.Kano(3.0, 1.0))
     with pytest.raises(st.ParameterError, match="rate = -1"):

@@ -93,9 +93,9 @@ REFUSED = [
 ]
 
 
-@pytest.mark.parametrize(("signal", "arguments", "told"), REFUSED)
-def test_bad_arguments_get_a_sentence(signal, arguments, told):
-    with pytest.raises(st.ParameterError, match=told):
+@pytest.mark.parametrize(("signal", "arguments", "message"), REFUSED)
+def test_bad_arguments_get_a_sentence(signal, arguments, message):
+    with pytest.raises(st.ParameterError, match=message):
         signal(*arguments)
 
 

@@ -158,7 +158,7 @@ def test_step_response_meets_the_closed_form():
     np.testing.assert_allclose(record.pv, 6.0 * (1.0 - np.exp(-t / 10.0)), atol=1e-12)
 
 
-def test_dead_times_of_a_process_and_beside_it_add_up():
+def test_dead_times_of_process_and_loop_add_up():
     one = as_process(st.FOPDT(3.0, 10.0, 5.0), dead_time=2.5)
     assert one.dead_time == as_process(([3.0], [10.0, 1.0], 5.0), dead_time=2.5).dead_time == 7.5
 

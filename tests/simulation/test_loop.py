@@ -29,7 +29,7 @@ def test_a_loop_at_its_operating_point_stays_there():
     assert set(record.mv.tolist()) == {45.0}
 
 
-def test_an_operating_point_shifts_a_loop_and_nothing_else():
+def test_operating_point_only_shifts_a_loop():
     sp = np.where(np.arange(300) < 150, 4.0, 1.0)
     here = st.simulate(loop(st.Kano(3.0, 1.0)), sp, 300.0)
     there = st.simulate(loop(st.Kano(3.0, 1.0)), sp + 64.0, 300.0, pv_start=64.0, op_start=32.0)
@@ -142,9 +142,9 @@ REFUSED = [
 ]
 
 
-@pytest.mark.parametrize(("options", "told"), REFUSED)
-def test_what_cannot_be_simulated_gets_a_sentence(options, told):
-    with pytest.raises(st.ParameterError, match=told):
+@pytest.mark.parametrize(("options", "message"), REFUSED)
+def test_what_cannot_be_simulated_gets_a_sentence(options, message):
+    with pytest.raises(st.ParameterError, match=message):
         st.simulate(loop(), **({"sp": 1.0, "duration": 10.0} | options))
 
 
@@ -175,12 +175,12 @@ def test_a_position_is_put_where_it_is_asked_for_and_the_input_is_kept():
 def test_a_place_that_cannot_be_written_to_is_refused():
     fixed = np.zeros(3)
     fixed.flags.writeable = False
-    for out, told in ((fixed, "out is read-only"), ([0.0] * 3, "out is a list"), (np.zeros(2), r"shape \(2,\)")):
-        with pytest.raises(st.ParameterError, match=told):
+    for out, message in ((fixed, "out is read-only"), ([0.0] * 3, "out is a list"), (np.zeros(2), r"shape \(2,\)")):
+        with pytest.raises(st.ParameterError, match=message):
             st.stroke(st.Kano(3.0, 1.0), np.arange(3.0), 1.0, out=out)
 
 
-def test_what_is_no_loop_is_told():
+def test_argument_that_is_not_a_loop_is_an_error():
     for other in ("loop", None, st.Ideal()):
         with pytest.raises(st.ParameterError, match=r"loop is of type .*; give a Loop"):
             st.simulate(other, 1.0, 10.0)

@@ -69,7 +69,7 @@ def test_reduction_is_json():
 
 
 @pytest.mark.parametrize(
-    ("samples", "told"),
+    ("samples", "message"),
     [
         (0, "samples = 0 is not positive"),
         (1, "samples = 1 is out of range"),
@@ -77,8 +77,8 @@ def test_reduction_is_json():
         (10**9, "give 2 to"),
     ],
 )
-def test_a_signal_has_two_samples_at_least(samples, told):
-    with pytest.raises(st.ParameterError, match=told):
+def test_a_signal_has_two_samples_at_least(samples, message):
+    with pytest.raises(st.ParameterError, match=message):
         st.reduce_valve(table1_reading_b(), samples=samples)
 
 

@@ -26,7 +26,7 @@ def rows(*columns):
     return [",".join(map(str, row)) for row in zip(*columns, strict=True)]
 
 
-def check(record, middle=0.0):
+def check(record: st.LoopRecord, middle: float = 0.0):
     np.testing.assert_allclose(record.pv, PV + middle, atol=1e-9)
     np.testing.assert_allclose(record.op, OP + middle, atol=1e-9)
     assert (record.tag, record.dt) == ("FIC1", 5.0)
@@ -45,7 +45,7 @@ def check(record, middle=0.0):
 def test_the_average_of_a_wide_table_is_taken(form, order, tmp_path):
     minimum, maximum, average = form.split("|")
     kinds = [(minimum, "min"), (maximum, "max"), (average, "avg")]
-    names, columns = ["Time"], [STAMPS]
+    names, columns = ["Time"], [np.array(STAMPS)]
     for tag, x in (("FIC1.PV", PV), ("FIC1.OP", OP)):
         for k in order:
             names.append(kinds[k][0].format(tag))
@@ -89,7 +89,8 @@ def test_a_long_table_names_the_aggregate_in_a_column(kinds, tmp_path):
     for tag, x in (("FIC1.PV", PV), ("FIC1.OP", OP)):
         for kind in kinds:
             lines += rows([tag] * N, STAMPS, (x + shift[kind[:2].lower()]).round(3), [kind] * N)
-    check(*read(tmp_path, lines), 0.1 if "MIN" in kinds else 0.0)
+    [record] = read(tmp_path, lines)
+    check(record, 0.1 if "MIN" in kinds else 0.0)
 
 
 def test_a_long_table_of_maxima_alone_is_refused(tmp_path):

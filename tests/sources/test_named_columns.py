@@ -142,7 +142,7 @@ def test_an_op_in_another_unit_than_percent_is_told(unit, signals, table, read_t
     text = table(f"time_s,FIC-1.PV [t/h],FIC-1.OP [{unit}]", t, pv, 3.0 + 0.12 * op)
     [record] = read_text(text)
     assert any(f"OP is given in {unit}: it is not converted" in guess for guess in record.provenance.assumptions)
-    assert (record.op_unit, record.provenance.op_unit) == ("OP units", unit)
+    assert (record.op_unit, record.provenance.op_unit) == (unit, unit)
     [gate] = [gate for gate in assess_quality(record).checks if gate.name == "op scale"]
     assert (
         gate.severity,
@@ -157,7 +157,7 @@ def test_an_op_in_another_unit_than_percent_is_told(unit, signals, table, read_t
 def test_an_op_in_milliamperes_below_four_is_no_percentage(signals, table, read_text):
     t, pv, op, _ = signals
     [record] = read_text(table("time_s,FIC-1.PV,FIC-1.OP [mA]", t, pv, 0.05 * op))
-    assert record.op_unit == "OP units"
+    assert record.op_unit == "mA"
     [record] = read_text(table("time_s,FIC-1.PV,FIC-1.OP [mA]", t, pv, 4.0 + 0.16 * op))
     assert record.op_unit == "% of span"
 

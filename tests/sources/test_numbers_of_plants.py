@@ -30,20 +30,22 @@ def test_a_position_comes_to_percent_by_its_own_unit(header, zero, span, options
 @pytest.mark.parametrize(
     ("raw_op", "raw_mv", "options", "remedy"),
     [
-        ((0.0, 1.0), (4.0, 0.16), {}, "(mv_range), 4 to 20"),
-        ((0.0, 1.0), (0.0, 0.01), {}, "(mv_range), 0 to 1"),
-        ((4.0, 0.16), (4.0, 0.16), {"op_range": (4, 20)}, "(mv_range), 4 to 20"),
-        ((0.0, 40.95), (0.0, 40.95), {"op_range": (0, 4095)}, "(mv_range), 0 to 4095"),
+        ((0.0, 1.0), (4.0, 0.16), {}, "signal of 4 to 20"),
+        ((0.0, 1.0), (0.0, 0.01), {}, "signal of 0 to 1"),
+        ((4.0, 0.16), (4.0, 0.16), {"op_range": (4, 20)}, "signal of 4 to 20"),
+        ((0.0, 40.95), (0.0, 40.95), {"op_range": (0, 4095)}, "signal of 0 to 4095"),
         ((0.0, 1.0), (0.0, 655.35), {}, "(mv_range), low to high"),
     ],
 )
-def test_a_position_unlike_op_is_left_and_said(raw_op, raw_mv, options, remedy, signals, table, read_text):
+def test_a_position_in_another_range_is_converted_where_op_shows_it(
+    raw_op, raw_mv, options, remedy, signals, table, read_text
+):
     t, _, op, _ = signals
     mv = np.roll(op, 1)
     raw = raw_mv[0] + raw_mv[1] * mv
     [record] = read_text(table("time_s,OP,ZT", t, raw_op[0] + raw_op[1] * op, raw), **options)
-    np.testing.assert_array_equal(record.mv, raw)
-    assert any(f"{remedy}." in note for note in record.provenance.assumptions)
+    np.testing.assert_allclose(record.mv, mv if "signal of" in remedy else raw, rtol=1e-9)
+    assert any(remedy in note for note in record.provenance.assumptions)
 
 
 def test_a_position_in_percent_is_no_guess(signals, table, read_text):

@@ -130,7 +130,7 @@ def test_given_codes_are_good_and_all_others_bad():
     columns = {"quality": ("Status", pl.Series(["0", "4", "7", "7.0", ""]))}
     [one] = read_quality(columns, good_codes={"quality": ["4", "7"]})
     assert one.masks["quality"].tolist() == [True, False, False, False, False]
-    with pytest.raises(RecordError, match=r"names no code.*0, 4, 7"):
+    with pytest.raises(RecordError, match=r"names no code.*has 0, 4, 7"):
         read_quality(columns, good_codes={"quality": ["99"]})
 
 

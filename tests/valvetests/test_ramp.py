@@ -168,7 +168,7 @@ def test_a_long_plan_has_no_time_twice(tmp_path):
 
 
 @pytest.mark.parametrize("flow", [5.0, np.random.default_rng(0).normal(5.0, 0.1, 3000)], ids=["frozen", "noise"])
-def test_a_flow_that_never_answers_says_nothing_of_the_stem(flow):
+def test_flow_without_response_gives_no_stem_estimate(flow):
     plan = st.plan_ramp_test(5.0, 25.0, rates=[0.05])
     run = st.stroke(st.Srinivasan(3.0, 1.5, r=0.05), plan.op, plan.dt)
     dead = replace(run, mv=None, pv=np.resize(flow, plan.op.size))
@@ -224,7 +224,7 @@ def test_a_stem_that_followed_every_ramp_has_the_deadband_between_its_ways(S, la
     assert test.verdict == "within limit"
 
 
-def test_play_beyond_the_limit_is_beyond_it_though_nothing_slips():
+def test_deadband_beyond_the_limit_is_found_without_slips():
     plan = st.plan_ramp_test(40.0, 60.0, rates=(0.2, 0.0625))
     record = st.stroke(st.Kano(3.0, 0.0), plan.op, plan.dt)
     test = st.analyse_ramp(record)

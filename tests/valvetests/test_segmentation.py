@@ -51,7 +51,7 @@ def test_the_cut_is_the_best_of_all(seed, n, sigma):
     assert price_of(time, signal, sigma, pieces) == pytest.approx(best_price(time, signal, sigma), rel=1e-6)
 
 
-def test_noise_sees_neither_ramps_nor_stairs():
+def test_noise_estimate_ignores_ramps_and_stairs():
     chance = np.random.default_rng(0)
     t = np.arange(4000.0)
     white = 0.3 * chance.standard_normal(4000)

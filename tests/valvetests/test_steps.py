@@ -231,7 +231,7 @@ def test_the_fine_range_that_reads_both(S, J):
     assert test.resolution.known
 
 
-def test_a_step_of_nothing_is_no_step():
+def test_step_of_zero_is_not_a_step():
     op = np.repeat([50.0, 55.0, 50.0, 50.0, 45.0, 50.0], 20)
     op[60:62] = 50.6, 49.7
     test = st.analyse_steps(st.stroke(st.Kano(S=1.0, J=0.5), op, 1.0))

@@ -26,8 +26,8 @@ ORIGIN = (
 )
 
 DERIVED = (
-    "Derived here; the critical rates by bisection on simulated ramps from rest. Where Stribeck rules, stairs once "
-    "begun go on a little above the rate, in closed form, below which a steady slide is unstable."
+    "Derived here; the critical rates by bisection on simulated ramps from rest. Under Stribeck friction, stick-slip "
+    "persists slightly above the closed-form rate below which a steady slide is unstable."
 )
 
 

@@ -73,9 +73,9 @@ def to_json(value: Any, *, series: bool = True) -> Any:
     if isinstance(value, complex):
         return [to_json(value.real), to_json(value.imag)]
     if isinstance(value, Mapping):
-        return {str(key): to_json(one, series=series) for key, one in value.items() if series or not _is_series(one)}
+        return {str(key): to_json(item, series=series) for key, item in value.items() if series or not _is_series(item)}
     if isinstance(value, (list, tuple)):
-        return [to_json(one, series=series) for one in value]
+        return [to_json(item, series=series) for item in value]
     if hasattr(value, "tolist"):
         return to_json(value.tolist())
     if isinstance(value, Result):
@@ -99,18 +99,18 @@ def fields_to_json(result: Any, *, series: bool = True) -> dict[str, Any]:
 def _entries(kind: type[Any]) -> list[tuple[str, Callable[[Any], Any], int | None, bool]]:
     """Key, function that reads the value, decimals, and whether it counts as an array, of each entry of a dataclass."""
     no_options = json_as()["json"]
-    options = {one.name: one.metadata.get("json", no_options) for one in fields(kind)}
-    found = []
+    options = {field.name: field.metadata.get("json", no_options) for field in fields(kind)}
+    entries = []
     for entry in getattr(kind, "_json_keys", ()) or options:
         path, _, path_key = entry.partition(" as ")
         key, digits, is_array, omit = options.get(path, no_options)
         if not omit:
-            found.append((path_key or key or path, attrgetter(path), digits, is_array))
-    return found
+            entries.append((path_key or key or path, attrgetter(path), digits, is_array))
+    return entries
 
 
 def _is_series(value: Any) -> bool:
     """Whether it is an array or a dict of arrays."""
     if isinstance(value, Mapping):
-        return bool(value) and all(_is_series(one) for one in value.values())
+        return bool(value) and all(_is_series(item) for item in value.values())
     return getattr(value, "ndim", 0) > 0

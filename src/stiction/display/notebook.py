@@ -26,43 +26,47 @@ def record_html(record: Any) -> str:
     return card(title, [paragraph(f"{length}{start}.{missing}"), *_drawings(record)])
 
 
-def verdict_html(found: Any) -> str:
+def verdict_html(diagnosis: Any) -> str:
     """Return the card of a Diagnosis: headline, reason, action, drawings."""
-    name = VERDICTS.get(found.verdict, found.verdict)
-    in_control = found.loop_state.in_control
+    name = VERDICTS.get(diagnosis.verdict, diagnosis.verdict)
+    in_control = diagnosis.loop_state.in_control
     parts = []
     if in_control:
-        parts += [paragraph(f"Probability of stiction {format_probability(found.probability)}"), bar(found.probability)]
-    parts += [paragraph(found.reason), paragraph(found.action)]
-    if found.identification is not None and found.verdict == "stiction":
-        parts.append(_size_table(found.identification, found.record.op_unit))
-    return card(f"{found.record.tag}: {name}", [*parts, *_drawings(found.record)])
+        parts += [
+            paragraph(f"Probability of stiction {format_probability(diagnosis.probability)}"),
+            bar(diagnosis.probability),
+        ]
+    parts += [paragraph(diagnosis.reason), paragraph(diagnosis.action)]
+    if diagnosis.identification is not None and diagnosis.verdict == "stiction":
+        parts.append(_size_table(diagnosis.identification, diagnosis.record.op_unit))
+    return card(f"{diagnosis.record.tag}: {name}", [*parts, *_drawings(diagnosis.record)])
 
 
-def identification_html(found: Any) -> str:
+def identification_html(identification: Any) -> str:
     """Return the card of an Identification: size of the stiction, process, fit."""
-    process = found.process
+    process = identification.process
     kind = "integrating process" if process.integrating else "process"
     text = (
         f"{kind}: gain {format_number(process.gain)}, time constant {format_number(process.time_constant, 's')}, dead "
-        f"time {format_number(process.dead_time, 's')}. The simulation explains {format_number(found.fit, '%')} of the "
-        f"PV, with a good valve {format_number(found.fit_linear, '%')}."
+        f"time {format_number(process.dead_time, 's')}. The simulation explains "
+        f"{format_number(identification.fit, '%')} of the PV, with a good valve "
+        f"{format_number(identification.fit_linear, '%')}."
     )
-    reason = [paragraph(found.reason)] if found.reason else []
+    reason = [paragraph(identification.reason)] if identification.reason else []
     return card(
-        f"Valve model {found.model}",
-        [_size_table(found, "% of span"), paragraph(text[0].upper() + text[1:]), *reason],
+        f"Valve model {identification.model}",
+        [_size_table(identification, "% of span"), paragraph(text[0].upper() + text[1:]), *reason],
     )
 
 
 def group_html(group: Any) -> str:
     """Return the card of a Group: period, likeliest sources, members."""
     rows = [
-        (one.tag, format_seconds(one.period), f"{one.coherence:.2f}", f"{one.phase:+.0f}°")
-        for one in group.members[:MAX_MEMBERS]
+        (loop.tag, format_seconds(loop.period), f"{loop.coherence:.2f}", f"{loop.phase:+.0f}°")
+        for loop in group.members[:MAX_MEMBERS]
     ]
     more = len(group.members) - len(rows)
-    roots = ", ".join(f"{one.tag} ({format_probability(one.probability)})" for one in group.leading_roots())
+    roots = ", ".join(f"{loop.tag} ({format_probability(loop.probability)})" for loop in group.leading_roots())
     parts = [
         paragraph(f"Likeliest source: {roots}."),
         table(rows, ("loop", "period", "coherence", "phase")),
@@ -78,24 +82,24 @@ def trial_html(trial: Any) -> str:
         return card(f"{trial.tag}: no advice", [paragraph(trial.reason)])
     rows = [
         (
-            ("→ " if one.name == trial.recommended else "") + one.name,
-            f"{-100 * one.improvement:+.0f} %",
-            format_number(one.behaviour.travel),
-            format_number(one.behaviour.reversals),
-            f"{one.cost:.2f}",
+            ("→ " if remedy.name == trial.recommended else "") + remedy.name,
+            f"{-100 * remedy.improvement:+.0f} %",
+            format_number(remedy.behaviour.travel),
+            format_number(remedy.behaviour.reversals),
+            f"{remedy.cost:.2f}",
         )
-        for one in trial.remedies
+        for remedy in trial.remedies
     ]
     head = ("remedy", "PV deviation", "travel [%/h]", "reversals [1/h]", "cost")
     parts = [paragraph(trial.reason), table(rows, head), *([paragraph(trial.risk)] if trial.risk else [])]
     return card(f"{trial.tag}: {trial.recommended}", parts)
 
 
-def _size_table(found: Any, unit: str) -> str:
+def _size_table(identification: Any, unit: str) -> str:
     """Table of S and J with their intervals."""
     rows = []
     for name, meaning in (("S", "deadband plus stickband"), ("J", "slip jump")):
-        ends = [getattr(found, name + part) for part in ("", "_low", "_high")]
+        ends = [getattr(identification, name + part) for part in ("", "_low", "_high")]
         value, low, high = format_interval(*ends)
         interval = f"95 % interval {low} to {high}" if all(map(math.isfinite, ends)) else ""
         rows.append((f"{name}, {meaning}", f"{value} {unit}", interval))

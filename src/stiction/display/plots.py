@@ -37,25 +37,25 @@ def plot_record(record: Any, axes: Any = None) -> NDArray[np.object_]:
     return axes
 
 
-def plot_verdict(found: Any, ax: Any = None) -> Any:
+def plot_verdict(diagnosis: Any, ax: Any = None) -> Any:
     """Draw what each feature adds to the log odds of stiction; return the Axes."""
     ax = _one_axes(ax)
-    parts = list(found.contributions)[::-1]
-    names = [one.label for one in parts]
-    values = [one.log_odds for one in parts]
+    parts = list(diagnosis.contributions)[::-1]
+    names = [part.label for part in parts]
+    values = [part.log_odds for part in parts]
     ax.barh(names, values, color=[COLOURS["mv"] if value > 0 else COLOURS["op"] for value in values])
     ax.axvline(0.0, color="0.5", linewidth=0.8)
     ax.tick_params(axis="y", labelsize="small")
     ax.set_xlabel("contribution to the log odds of stiction")
-    ax.set_title(f"{found.record.tag}: {found.verdict}, probability {found.probability:.2f}")
+    ax.set_title(f"{diagnosis.record.tag}: {diagnosis.verdict}, probability {diagnosis.probability:.2f}")
     return ax
 
 
-def plot_identification(found: Any, ax: Any = None) -> Any:
+def plot_identification(identification: Any, ax: Any = None) -> Any:
     """Draw S and J with their 95 % intervals; return the Axes."""
     ax = _one_axes(ax)
     for row, name in enumerate(("J", "S")):
-        value, low, high = (getattr(found, name + part) for part in ("", "_low", "_high"))
+        value, low, high = (getattr(identification, name + part) for part in ("", "_low", "_high"))
         ax.errorbar(value, row, xerr=[[max(value - low, 0.0)], [max(high - value, 0.0)]], fmt="o", capsize=5)
     ax.set_yticks([0, 1], ["J (slip jump)", "S (deadband plus stickband)"])
     ax.set_ylim(-0.6, 1.6)
@@ -68,7 +68,7 @@ def plot_group(group: Any, ax: Any = None) -> Any:
     """Draw the probability of each member to be the source of the oscillation; return the Axes."""
     ax = _one_axes(ax)
     roots = list(group.roots)[::-1]
-    ax.barh([one.tag for one in roots], [one.probability for one in roots], color=COLOURS["op"])
+    ax.barh([loop.tag for loop in roots], [loop.probability for loop in roots], color=COLOURS["op"])
     ax.set_xlim(0.0, 1.0)
     ax.set_xlabel("probability to be the source [-]")
     ax.set_title(f"Group of {len(group.members)} loops, period {group.period:.0f} s")
@@ -78,11 +78,11 @@ def plot_group(group: Any, ax: Any = None) -> Any:
 def plot_trial(trial: Any, ax: Any = None) -> Any:
     """Draw PV deviation over stem travel of each remedy; return the Axes."""
     ax = _one_axes(ax)
-    for number, one in enumerate(trial.remedies, 1):
-        chosen = one.name == trial.recommended
-        x, y = one.behaviour.travel, one.behaviour.pv_std
+    for number, remedy in enumerate(trial.remedies, 1):
+        chosen = remedy.name == trial.recommended
+        x, y = remedy.behaviour.travel, remedy.behaviour.pv_std
         color = COLOURS["mv"] if chosen else COLOURS["op"]
-        ax.plot(x, y, "o", markersize=10 if chosen else 6, color=color, label=f"{number} {one.name}")
+        ax.plot(x, y, "o", markersize=10 if chosen else 6, color=color, label=f"{number} {remedy.name}")
         ax.annotate(str(number), (x, y), xytext=(6, 4), textcoords="offset points", fontsize="small")
     if trial.remedies:
         ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize="small", handlelength=0.8, frameon=False)

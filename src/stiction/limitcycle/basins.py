@@ -347,9 +347,9 @@ def smallest_pulse(
     grid = np.concatenate([size, -size])[:, None], phase[None, :]
 
     def reaches(pulse, at):
-        found = basin_map(loop, after=start, pulse=pulse, pulse_length=length, phase=at)
-        return (np.abs(found.period * end.turns / end.period - 1.0) < 1e-3) & (
-            np.abs(found.amplitude / end.amplitude - 1.0) < 1e-3
+        basins = basin_map(loop, after=start, pulse=pulse, pulse_length=length, phase=at)
+        return (np.abs(basins.period * end.turns / end.period - 1.0) < 1e-3) & (
+            np.abs(basins.amplitude / end.amplitude - 1.0) < 1e-3
         )
 
     hit = reaches(*grid)

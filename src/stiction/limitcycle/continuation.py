@@ -201,9 +201,9 @@ def _continue_one_way(
             target = reached + step
             if (target - there) * (there - here) > 0.0:
                 target = float(there)
-            found = _cycle_at_next_value(loop, parameter, reached, target, family, now)
-            if found is not None:
-                reached, now = target, found
+            continued = _cycle_at_next_value(loop, parameter, reached, target, family, now)
+            if continued is not None:
+                reached, now = target, continued
                 if reached == there:
                     break
             elif abs(step) < abs(there - here) * 0.5**_MAX_HALVINGS:
@@ -237,9 +237,9 @@ def _cycle_at_next_value(
     for guess in sorted(guesses, key=lambda x: abs(x - level * size)):
         orbit = refine_orbit(m, np.array(states) * size, guess, cycle.turns, fixed=new is not None)
         if orbit is not None:
-            found = limit_cycle(m, orbit)
-            if len(found.levels) == len(cycle.levels):
-                return found
+            reached_cycle = limit_cycle(m, orbit)
+            if len(reached_cycle.levels) == len(cycle.levels):
+                return reached_cycle
     return None
 
 

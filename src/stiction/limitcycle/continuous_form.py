@@ -56,39 +56,39 @@ def continuous_form(valve: Valve) -> ContinuousValve | None:
     ContinuousValve(sb=2.0, lag=1.0, rate=0.0)
     """
     if isinstance(valve, Stenman):
-        found = ContinuousValve(valve.d, 0.0, math.inf)
+        form = ContinuousValve(valve.d, 0.0, math.inf)
     elif isinstance(valve, He):
-        found = ContinuousValve(valve.fs, valve.fd, math.inf)
+        form = ContinuousValve(valve.fs, valve.fd, math.inf)
     elif isinstance(valve, HeWang):
-        found = ContinuousValve(valve.fs, valve.fs - valve.K * (valve.fs - valve.fd), math.inf)
+        form = ContinuousValve(valve.fs, valve.fs - valve.K * (valve.fs - valve.fd), math.inf)
     elif isinstance(valve, Kano) or (isinstance(valve, Choudhury) and valve.J <= valve.S):
-        found = ContinuousValve((valve.S + valve.J) / 2.0, (valve.S - valve.J) / 2.0, 0.0)
+        form = ContinuousValve((valve.S + valve.J) / 2.0, (valve.S - valve.J) / 2.0, 0.0)
     elif (
         isinstance(valve, Srinivasan)
         and not valve.as_printed
         and not isinstance(valve.sb, Table)
         and not isinstance(valve.sj, Table)
     ):
-        found = ContinuousValve(valve.sb, valve.sb - valve.sj, valve.r)
+        form = ContinuousValve(valve.sb, valve.sb - valve.sj, valve.r)
     else:
         return None
-    if found.jump <= 1e-12 * found.sb:
-        return ContinuousValve(found.sb, found.sb, 0.0)
-    return found
+    if form.jump <= 1e-12 * form.sb:
+        return ContinuousValve(form.sb, form.sb, 0.0)
+    return form
 
 
 def is_frictionless(valve: Valve) -> bool:
     """Whether a valve follows its input without friction: the ideal valve, or any with bands of 0."""
-    found = continuous_form(valve)
-    return isinstance(valve, Ideal) or (found is not None and found.sb == 0.0)
+    form = continuous_form(valve)
+    return isinstance(valve, Ideal) or (form is not None and form.sb == 0.0)
 
 
 def require_continuous_form(valve: Valve) -> ContinuousValve:
     """Return the continuous-time form of a valve; raise when it has none."""
-    found = continuous_form(valve)
-    if found is None:
+    form = continuous_form(valve)
+    if form is None:
         raise ParameterError(
             f"{valve!r} has no continuous-time form; give Stenman, Kano, Choudhury (J <= S), He, HeWang or "
             "Srinivasan with constant bands, or search the sampled loop with sampled_limit_cycles."
         )
-    return found
+    return form

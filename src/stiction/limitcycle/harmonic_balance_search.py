@@ -61,11 +61,13 @@ def harmonic_balance(
     (3.344, 1.41421)
     """
     part = linear if isinstance(linear, LinearPart) else _as_linear_part(linear)
-    found: list[LimitCycle] = []
+    cycles: list[LimitCycle] = []
     for name in family_names(nonlinearity) if families is None else require_families(families):
         family = branches_of_family(nonlinearity, name)
-        found += _solve_rate_dependent(part, family) if family.rate_dependent else _solve_rate_independent(part, family)
-    return tuple(found)
+        cycles += (
+            _solve_rate_dependent(part, family) if family.rate_dependent else _solve_rate_independent(part, family)
+        )
+    return tuple(cycles)
 
 
 def _solve_rate_independent(linear: LinearPart, family: DFBranches) -> list[LimitCycle]:
@@ -80,22 +82,22 @@ def _solve_rate_independent(linear: LinearPart, family: DFBranches) -> list[Limi
         for below, above in ends
     ]
     omega = frequency_grid(linear, max(float(np.max(np.abs(n))) for n in values))
-    found: list[LimitCycle] = []
+    cycles: list[LimitCycle] = []
     curves = [*zip(branches, values, strict=True), *jumps]
     for k, a, w in find_crossings(curves, omega, linear.at(1j * omega)):
         if k < len(branches):
             low, high = branches[k][0], branches[k][-1]
             solved = refine_crossing(lambda x, _w: complex(family.evaluate(x, None)), linear, a, w, low, high)
-            if solved is not None and not _is_known(found, *solved):
-                found.append(_make_cycle(linear, family, *solved))
+            if solved is not None and not _is_known(cycles, *solved):
+                cycles.append(_make_cycle(linear, family, *solved))
         else:
             jump = k - len(branches)
-            found += [
+            cycles += [
                 boundary
                 for boundary in _find_boundary(linear, family, float(branches[jump + 1][0]), *ends[jump], a, w)
-                if not _is_known(found, boundary.amplitude, boundary.omega, "boundary")
+                if not _is_known(cycles, boundary.amplitude, boundary.omega, "boundary")
             ]
-    return sorted(found, key=lambda cycle: (cycle.amplitude, cycle.period))
+    return sorted(cycles, key=lambda cycle: (cycle.amplitude, cycle.period))
 
 
 def _find_boundary(linear, family, a: float, below: complex, above: complex, share: float, omega: float):
@@ -133,13 +135,13 @@ def _solve_rate_dependent(linear: LinearPart, family: DFBranches, points: int = 
     n = family.evaluate(a[:, None], omega[None, :])
     with np.errstate(divide="ignore", invalid="ignore"):
         miss = np.log(-linear.at(1j * omega)[None, :] * n)
-    found: list[LimitCycle] = []
+    cycles: list[LimitCycle] = []
     for i, j in zip(*_sign_change_cells(miss), strict=True):
         guess = 0.5 * float(a[i] + a[i + 1]), math.sqrt(omega[j] * omega[j + 1])
         solved = refine_crossing(lambda x, w: complex(family.evaluate(x, w)), linear, *guess, float(a[0]), float(a[-1]))
-        if solved is not None and not _is_known(found, *solved):
-            found.append(_make_cycle(linear, family, *solved))
-    return sorted(found, key=lambda cycle: (cycle.amplitude, cycle.period))
+        if solved is not None and not _is_known(cycles, *solved):
+            cycles.append(_make_cycle(linear, family, *solved))
+    return sorted(cycles, key=lambda cycle: (cycle.amplitude, cycle.period))
 
 
 def _sign_change_cells(miss: Any) -> tuple[Any, ...]:
@@ -181,10 +183,10 @@ def _loop_slope(linear: LinearPart, n: complex, omega: float, bend: complex = 0j
     return change * n + complex(linear.at(1j * omega)) * bend / 1j
 
 
-def _is_known(found: list[LimitCycle], a: float, omega: float, kind: str = "cycle") -> bool:
+def _is_known(cycles: list[LimitCycle], a: float, omega: float, kind: str = "cycle") -> bool:
     return any(
         cycle.kind == kind and abs(cycle.amplitude - a) < 1e-6 * a and abs(cycle.omega - omega) < 1e-6 * omega
-        for cycle in found
+        for cycle in cycles
     )
 
 

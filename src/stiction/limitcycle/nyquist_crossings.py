@@ -20,8 +20,8 @@ __all__ = ["find_crossings", "frequency_grid", "refine_crossing"]
 
 
 @kernel
-def _segments_meet(px, py, qx, qy, found):
-    """Write crossing segments, modulo whole turns, as rows (i + s, j + t) to `found`; returns their number."""
+def _segments_meet(px, py, qx, qy, places):
+    """Write crossing segments, modulo whole turns, as rows (i + s, j + t) to `places`; returns their number."""
     n = 0
     turn = 2.0 * math.pi
     for j in range(qx.shape[0] - 1):
@@ -41,9 +41,9 @@ def _segments_meet(px, py, qx, qy, found):
             rx, ry = qx[j] - px[i], qy[j] - py[i] - shift
             s = (rx * dqy - ry * dqx) / det
             t = (rx * dpy - ry * dpx) / det
-            if -0.01 <= s <= 1.01 and -0.01 <= t <= 1.01 and n < found.shape[0]:
-                found[n, 0] = i + s
-                found[n, 1] = j + t
+            if -0.01 <= s <= 1.01 and -0.01 <= t <= 1.01 and n < places.shape[0]:
+                places[n, 0] = i + s
+                places[n, 1] = j + t
                 n += 1
     return n
 
@@ -110,10 +110,10 @@ def find_crossings(curves, omega, response) -> list[tuple[int, float, float]]:
         owner += [np.full(p.size + 1, index)]
     a, x, y, owner = np.concatenate(a), np.concatenate(x), np.concatenate(y), np.concatenate(owner)
     q = np.log(response)
-    found = np.empty((4096, 2))
-    count = _segments_meet(x, y, q.real.copy(), np.unwrap(q.imag), found)
+    places = np.empty((4096, 2))
+    count = _segments_meet(x, y, q.real.copy(), np.unwrap(q.imag), places)
     out = []
-    for place_a, place_w in found[:count]:
+    for place_a, place_w in places[:count]:
         i, j = math.floor(place_a), min(max(math.floor(place_w), 0), omega.size - 2)
         i = i if i >= 0 and math.isfinite(a[i]) and math.isfinite(a[i + 1]) else i + 1
         if i + 1 >= a.size or not math.isfinite(a[i + 1]):

@@ -129,15 +129,15 @@ def sampled_limit_cycles(
     mv_start, tolerance = require_finite("mv_start", mv_start, "% of span"), require_positive("tolerance", tolerance)
     periods = require_positive("periods", periods)
     longest = None if longest is None else require_positive("longest", longest, "s")
-    found: list[LimitCycle] = []
+    cycles: list[LimitCycle] = []
     rest = sp / _static_gain(loop) - disturbance if _static_gain(loop) else 0.0
     levels = None if op_start is None else np.atleast_1d(require_numbers("op_start", op_start, "% of span"))
     starts = _default_starts(loop) if levels is None else levels - rest
     for size in starts:
         cycle = _find_orbit(loop, sp, disturbance, rest + float(size), mv_start, periods, longest, tolerance)
-        if cycle is not None and not any(_is_same_cycle(cycle, known) for known in found):
-            found.append(cycle)
-    return tuple(sorted(found, key=lambda cycle: cycle.amplitude))
+        if cycle is not None and not any(_is_same_cycle(cycle, known) for known in cycles):
+            cycles.append(cycle)
+    return tuple(sorted(cycles, key=lambda cycle: cycle.amplitude))
 
 
 def _static_gain(loop: Loop) -> float:
@@ -171,14 +171,14 @@ def _find_orbit(loop, sp, disturbance, op0, mv0, periods, longest, tolerance) ->
         n *= 2
     if ups.size < 4 or not np.all(np.isfinite(op)) or np.ptp(op[n // 2 :]) == 0.0:
         return None
-    one = float(np.mean(np.diff(ups[ups.size // 2 :])))
-    most = int((20.0 * one) if longest is None else longest / dt)
-    window = min(len(discrete.c) + discrete.delay + 8 + int(one), n // 4)
+    turn = float(np.mean(np.diff(ups[ups.size // 2 :])))
+    most = int((20.0 * turn) if longest is None else longest / dt)
+    window = min(len(discrete.c) + discrete.delay + 8 + int(turn), n // 4)
     size = float(np.ptp(op[n // 2 :])) / 2.0
     lag = int(_find_repeat(op, pv, mv, window, max(n - window - most - 1, 0), tolerance * max(size, float(np.ptp(pv)))))
     swings = [slice(int(a), int(b) + 1) for a, b in pairwise(ups)][-200:]
-    turns = max(round(lag / one), 1)
-    cut = slice(n - lag, n) if lag else slice(n - int(10 * one) - 1, n)
+    turns = max(round(lag / turn), 1)
+    cut = slice(n - lag, n) if lag else slice(n - int(10 * turn) - 1, n)
     moves = mv[cut]
     rests = np.unique(np.round(moves[1:][np.diff(moves) == 0.0], 6))
     op, pv, mv = (x[n - (n // 2) :] for x in (op, pv, mv))
@@ -190,7 +190,7 @@ def _find_orbit(loop, sp, disturbance, op0, mv0, periods, longest, tolerance) ->
         else f"it does not repeat within {most} samples; means over {len(swings)} oscillations"
     )
     return LimitCycle(
-        "sampled", "cycle", "", height[0], lag * dt / turns if lag else one * dt, height[1], height[2],
+        "sampled", "cycle", "", height[0], lag * dt / turns if lag else turn * dt, height[1], height[2],
         tuple(float(x) for x in rests), stable=True, turns=turns if lag else 1,
         warning=f"As sampled at {dt:g} s: {note}, their periods within +-{spread:.2g} s (standard deviation).",
     )  # fmt: skip
@@ -203,9 +203,9 @@ def _upward_crossings(op) -> np.ndarray:
     return np.nonzero(above[1:] & ~above[:-1])[0]
 
 
-def _is_same_cycle(one: LimitCycle, other: LimitCycle) -> bool:
+def _is_same_cycle(cycle: LimitCycle, other: LimitCycle) -> bool:
     return (
-        one.turns == other.turns
-        and abs(one.period - other.period) < 5e-3 * one.period
-        and abs(one.amplitude - other.amplitude) < 1e-2 * one.amplitude
+        cycle.turns == other.turns
+        and abs(cycle.period - other.period) < 5e-3 * cycle.period
+        and abs(cycle.amplitude - other.amplitude) < 1e-2 * cycle.amplitude
     )

@@ -118,13 +118,13 @@ def _is_held(op: float, begin: float, s: ValveState, q: PhysicalParameters) -> b
         last, _ = _signal(op, s.position, s.integral, 0.0, q)
         low = max(min(first, last) - wander, q.low)
         high = min(max(first, last) + wander, q.high)
-    one = q.area * (q.pressure + q.per_percent * low)
+    early = q.area * (q.pressure + q.per_percent * low)
     other = q.area * (q.pressure + q.per_percent * high)
     now = q.area * s.pressure
     x = q.scale * s.position
     rest = q.rest_force - q.spring_rate * x
-    pulled = rest + min(one, other, now) < -q.static and x > q.bottom
-    pushed = rest + max(one, other, now) > q.static and x < q.top
+    pulled = rest + min(early, other, now) < -q.static and x > q.bottom
+    pushed = rest + max(early, other, now) > q.static and x < q.top
     return not (pulled or pushed)
 
 

@@ -94,12 +94,12 @@ def _e1() -> Erratum:
 
 
 def _e2() -> Erratum:
-    found = equations1to3()
-    proofs = [Proof("force on the stem at its first rest after a slip [lbf]", "P A - K x", found.force_at_rest)]
+    motion = equations1to3()
+    proofs = [Proof("force on the stem at its first rest after a slip [lbf]", "P A - K x", motion.force_at_rest)]
     for quantity, values in (
-        ("friction that answers it [lbf]", found.friction),
-        ("starts from rest on the ramp of slope 4 [-]", found.starts),
-        ("longest rest after the first start [s]", found.longest_rest),
+        ("friction that answers it [lbf]", motion.friction),
+        ("starts from rest on the ramp of slope 4 [-]", motion.starts),
+        ("longest rest after the first start [s]", motion.longest_rest),
     ):
         proofs += [Proof(quantity, form, float(values[form])) for form in ("printed", "corrected")]
     why = (
@@ -152,10 +152,11 @@ def _e5() -> Erratum:
 
 
 def _e6() -> Erratum:
-    found = equation5()
-    proofs = [Proof("stem after a step from 0 to 10 % [% of span]", r.model, r.last) for r in found.replies]
+    replies = equation5()
+    proofs = [Proof("stem after a step from 0 to 10 % [% of span]", r.model, r.last) for r in replies.replies]
     proofs += [
-        Proof("largest difference, printed against repaired [% of span]", r.name, r.difference) for r in found.responses
+        Proof("largest difference, printed against repaired [% of span]", r.name, r.difference)
+        for r in replies.responses
     ]
     why = "In the sample after a step du and its sign are 0: as printed the stem stays where its jump ended."
     printed, correct = "jump of sj in the direction of Δu", "jump to sb - sj from u, in the direction of u - x"

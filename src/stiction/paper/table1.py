@@ -132,7 +132,7 @@ def table1() -> Table1:
 
 def _reading(name: str, valve: PhysicalValve) -> Reading:
     fs, fd = (100.0 * force / valve.force_span for force in (valve.static, valve.coulomb))
-    found = critical_rate(valve)
+    critical = critical_rate(valve)
     return Reading(
         name=name,
         slope_unit=SLOPE_UNITS[name][0],
@@ -145,8 +145,8 @@ def _reading(name: str, valve: PhysicalValve) -> Reading:
         first_break=fs * PSI_PER_PERCENT,
         damping_ratio=valve.damping_ratio,
         natural_frequency=valve.natural_frequency,
-        critical=found,
-        critical_pressure=found.rate * PSI_PER_PERCENT,
-        critical_speed=found.velocity / 0.0254,
-        slide_pressure=found.stribeck * PSI_PER_PERCENT,
+        critical=critical,
+        critical_pressure=critical.rate * PSI_PER_PERCENT,
+        critical_speed=critical.velocity / 0.0254,
+        slide_pressure=critical.stribeck * PSI_PER_PERCENT,
     )

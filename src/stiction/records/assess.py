@@ -155,4 +155,4 @@ def _check_storage(data: CheckInput) -> Iterator[CheckResult | None]:
     origin = record.provenance
     yield check_clock_jumps(record.op, record.pv, origin.clock_jumps, origin.summer_time)
     yield check_outliers(record.pv, origin.outliers, record.samples_per_stored_value)
-    yield check_resampled(origin.held_samples, len(record), per_cycle)
+    yield check_resampled(origin.held_samples - origin.unchanged_samples, len(record), per_cycle)

@@ -98,8 +98,8 @@ def write_files(contents: dict[Path, bytes]) -> None:
             os.replace(draft, target)
             placed.append(target)
     except OSError as error:
-        for one in placed:
-            one.unlink(missing_ok=True)
+        for path in placed:
+            path.unlink(missing_ok=True)
         raise unwritable_error(target, error) from None
     finally:
         for draft in drafts.values():

@@ -57,11 +57,11 @@ def to_frame(records: Any, native: str = "pandas") -> Any:
     """
     if native not in FRAME_LIBRARIES:
         raise ParameterError(f"native = {native!r} is unknown; give one of {', '.join(FRAME_LIBRARIES)}.")
-    one = _is_record(records)
+    is_single = _is_record(records)
     loops = as_records(records)
     names = [name for name in SIGNALS if any(getattr(loop, name) is not None for loop in loops)]
     frame = stack_records(loops, names)
-    if one:
+    if is_single:
         frame = frame.drop("tag")
     if native == "polars":
         return frame
@@ -72,7 +72,7 @@ def to_frame(records: Any, native: str = "pandas") -> Any:
     except ImportError:
         raise MissingExtraError(f"{native} is not installed; install it with: pip install {native}") from None
     result.attrs["units"] = _units(loops, names)
-    if one:
+    if is_single:
         result.attrs["tag"] = loops[0].tag
     return result
 

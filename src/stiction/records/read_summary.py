@@ -128,7 +128,9 @@ def summarise(records: Iterable[LoopRecord]) -> ReadSummary:
     """
     records = list(records)
     tags = Counter(record.tag for record in records)
-    names = [one.tag if tags[one.tag] == 1 else f"{one.tag} from {one.provenance.source}" for one in records]
+    names = [
+        record.tag if tags[record.tag] == 1 else f"{record.tag} from {record.provenance.source}" for record in records
+    ]
     owners: dict[str, list[str]] = {}
     for name, record in zip(names, records, strict=True):
         for text in dict.fromkeys(record.provenance.assumptions):

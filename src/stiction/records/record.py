@@ -295,8 +295,11 @@ class LoopRecord:
             name: None if getattr(self, name) is None else getattr(self, name)[begin:end:every] for name in _SIGNALS
         }
         missing = missing_mask(parts["op"], parts["pv"])
-        held = round(self.provenance.held_samples * missing.size / max(1, len(self)))
-        origin = replace(self.provenance, missing_samples=int(missing.sum()), held_samples=held)
+        share, now = missing.size / max(1, len(self)), self.provenance
+        held, unchanged = round(now.held_samples * share), round(now.unchanged_samples * share)
+        origin = replace(
+            now, missing_samples=int(missing.sum()), held_samples=held, unchanged_samples=min(unchanged, held)
+        )
         start = self.start and self.start + timedelta(seconds=begin * self.dt)
         others = tuple(other.window(first, last, every) for other in self.other_readings)
         return replace(self, **parts, dt=self.dt * every, start=start, provenance=origin, other_readings=others)

@@ -37,9 +37,9 @@ def run_bounds(mask: NDArray[np.bool_]) -> NDArray[np.int64]:
     return np.flatnonzero(padded[1:] != padded[:-1]).reshape(-1, 2)
 
 
-def run_lengths(found: list[tuple[int, int]] | NDArray[np.int64]) -> NDArray[np.int64]:
+def run_lengths(bounds: list[tuple[int, int]] | NDArray[np.int64]) -> NDArray[np.int64]:
     """Samples in each run [-]."""
-    bounds = np.asarray(found, dtype=np.int64).reshape(-1, 2)
+    bounds = np.asarray(bounds, dtype=np.int64).reshape(-1, 2)
     return bounds[:, 1] - bounds[:, 0]
 
 

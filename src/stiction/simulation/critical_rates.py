@@ -373,10 +373,10 @@ def behaviour_map(valve: PhysicalValve, rates: ArrayLike, damping: ArrayLike) ->
     staircase, slip, stuck = np.zeros(shape, dtype=np.bool_), np.full(shape, np.nan), np.zeros(shape)
     critical = 2.0 * math.sqrt(bare.spring_rate * bare.mass)
     valves = [replace(bare, viscous=float(zeta) * critical) for zeta in zeta_axis]
-    for i, one in enumerate(valves):
+    for i, valve_of_row in enumerate(valves):
         for j, rate in enumerate(rate_axis):
-            found = ramp_behaviour(one, float(rate))
-            staircase[i, j], slip[i, j], stuck[i, j] = found.kind == "staircase", found.slip, found.stuck
-    inertial = np.array([inertial_rate(one) for one in valves])
-    stribeck = np.array([stribeck_rates(one)[1] for one in valves])
+            behaviour = ramp_behaviour(valve_of_row, float(rate))
+            staircase[i, j], slip[i, j], stuck[i, j] = behaviour.kind == "staircase", behaviour.slip, behaviour.stuck
+    inertial = np.array([inertial_rate(valve_of_row) for valve_of_row in valves])
+    stribeck = np.array([stribeck_rates(valve_of_row)[1] for valve_of_row in valves])
     return BehaviourMap(rate_axis, zeta_axis, staircase, slip, stuck, inertial, stribeck)

@@ -116,14 +116,14 @@ def phenomena_table(valve: PhysicalValve) -> tuple[Phenomena, ...]:
     >>> [row.model for row in phenomena_table(table1_reading_a()) if row.rate_dependent]
     ['Srinivasan', 'Srinivasan with tables', 'PhysicalValve']
     """
-    found = reduce_valve(valve, samples=50)
-    if not found.r:
+    reduction = reduce_valve(valve, samples=50)
+    if not reduction.r:
         raise ParameterError(
             "The valve has no critical rate: it follows every ramp without steps. Raise its static friction or lower "
             "its damping."
         )
-    models = found.valves()
-    sb, sj, rate = (found.gain * value for value in (found.sb, found.sj, found.r))
+    models = reduction.valves()
+    sb, sj, rate = (reduction.gain * value for value in (reduction.sb, reduction.sj, reduction.r))
     larger = np.array([1.0, 1.25])
     places, rates = np.array([0.0, 100.0]), np.array([0.0, rate])
     tables = Table(places, sb * larger), Table(places, sj * np.outer(larger, larger), rates)
@@ -131,7 +131,7 @@ def phenomena_table(valve: PhysicalValve) -> tuple[Phenomena, ...]:
     physical = replace(valve, lag=0.0, positioner=None, hold="linear", travel=(-math.inf, math.inf))
 
     def drive_physical(travel: NDArray[np.float64], dt: float) -> NDArray[np.float64]:
-        return _position(stroke(physical, travel / found.gain + found.offset, dt, mv_start=float(travel[0])))
+        return _position(stroke(physical, travel / reduction.gain + reduction.offset, dt, mv_start=float(travel[0])))
 
     drives: dict[str, Drive] = {name: _stroke_model(model) for name, model in models.items()}
     drives["PhysicalValve"] = drive_physical

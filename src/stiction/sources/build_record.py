@@ -10,6 +10,7 @@ import numpy as np
 
 from stiction.display.number_format import count_noun
 from stiction.errors import RecordError
+from stiction.records.quality.compression import is_stored_on_change
 from stiction.records.record import LoopRecord, Provenance
 from stiction.sources.layouts.headings import table_headings
 from stiction.sources.roles.loop_roles import NUMERIC_ROLES, column_label
@@ -114,6 +115,7 @@ class RecordBuilder:
                 clock_jumps=sampled.clock_jumps,
                 summer_time=sampled.dst_changes,
                 held_samples=sampled.held,
+                unchanged_samples=sampled.unchanged,
                 pv_unit=units.get("pv", ""),
                 op_unit=op.unit,
                 unused_columns=tuple(loop.unused),
@@ -198,8 +200,17 @@ class RecordBuilder:
         signals = {role: np.where(states.masks[role], np.nan, x) for role, x in signals.items()}
         notes = [*found.notes, *states.notes]
         auto = _automatic(loop, found.rows[list(tags).index("mode")], notes) if "mode" in tags else None
-        held = max(n for role, n in zip(tags, found.held_samples, strict=True) if role in ("op", "pv"))
-        return _Sampled(signals, auto, found.dt, found.start, notes, held, found.clock_jumps, found.dst_changes)
+        held = {role: n for role, n in zip(tags, found.held_samples, strict=True) if role in ("op", "pv")}
+        seconds = {role: clock.stamps.seconds for role in held if (clock := tags[role].clock)}
+        changing = [role for role, times in seconds.items() if is_stored_on_change(values[role], times)]
+        if changing:
+            named = " and ".join(column_label(tags[role]) for role in changing)
+            notes.append(f"{named}: stored only when it had changed, so it is held until the next value.")
+        most = max(held.values())
+        unchanged = most - max((n for role, n in held.items() if role not in changing), default=0)
+        return _Sampled(
+            signals, auto, found.dt, found.start, notes, most, found.clock_jumps, found.dst_changes, unchanged
+        )
 
 
 @dataclass(eq=False)
@@ -214,6 +225,7 @@ class _Sampled:
     held: int
     clock_jumps: int
     dst_changes: int
+    unchanged: int = 0
 
 
 def _automatic(loop: LoopRoles, rows: NDArray[np.int64], notes: list[str]) -> NDArray[np.bool_] | None:

@@ -26,14 +26,14 @@ if TYPE_CHECKING:
 __all__ = ["fit_following"]
 
 
-def fit_following(ramps: Sequence[OpRamp], found: Sequence[StemMoves]) -> tuple[Estimate, Estimate]:
+def fit_following(ramps: Sequence[OpRamp], moves: Sequence[StemMoves]) -> tuple[Estimate, Estimate]:
     """Deadband and S of a stem that followed every ramp, from its position.
 
     Parameters
     ----------
     ramps : sequence of OpRamp
         Ramps of the OP.
-    found : sequence of Moves
+    moves : sequence of StemMoves
         Motion of the stem in each ramp [% of span].
 
     Returns
@@ -41,19 +41,19 @@ def fit_following(ramps: Sequence[OpRamp], found: Sequence[StemMoves]) -> tuple[
     tuple of Estimate
         Deadband and S [% of span]; unknown when the stem did not follow in both directions.
     """
-    if not all(moved.follows for moved in found) or len({ramp.direction for ramp in ramps}) < 2:
+    if not all(moved.follows for moved in moves) or len({ramp.direction for ramp in ramps}) < 2:
         return Estimate(), Estimate()
     rows, distances = [], []
-    for ramp, moved in zip(ramps, found, strict=True):
-        for one in moved.follows:
+    for ramp, moved in zip(ramps, moves, strict=True):
+        for follow in moved.follows:
             rows.append((1.0, 0.5 * ramp.direction, ramp.rate))
-            distances.append(0.5 * (one.op_start + one.op_end - one.stem_start - one.stem_end))
+            distances.append(0.5 * (follow.op_start + follow.op_end - follow.stem_start - follow.stem_end))
     several = len({round(abs(ramp.rate), 9) for ramp in ramps}) > 1
     A, y = np.array(rows)[:, : 3 if several else 2], np.array(distances)
     weights, *_ = np.linalg.lstsq(A, y, rcond=None)
     free = max(y.size - A.shape[1], 1)
     error = math.sqrt(float(np.sum((y - A @ weights) ** 2)) / free * float(np.linalg.pinv(A.T @ A)[1, 1]))
     D, half = max(float(weights[1]), 0.0), 1.96 * error
-    hidden = min(moved.smallest_stair for moved in found)
+    hidden = min(moved.smallest_stair for moved in moves)
     deadband = Estimate(D, max(D - half, 0.0), D + half, n=y.size)
     return deadband, Estimate(D, deadband.low, D + half + hidden, n=y.size)

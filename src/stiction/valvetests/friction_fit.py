@@ -224,8 +224,8 @@ def fit_friction(rows: SlipRows, is_position: bool, *, dt: float, op_step: float
     )  # fmt: skip
 
 
-def _width(found: Estimate) -> float:
-    return found.high - found.low if math.isfinite(found.low) else math.inf
+def _width(estimate: Estimate) -> float:
+    return estimate.high - estimate.low if math.isfinite(estimate.low) else math.inf
 
 
 def _solve(

@@ -91,29 +91,29 @@ def analyse_ramp(
     settings = {"signal": signal, "lag": lag, "limit": limit, "bins": bins}
     reading = read_stem(record, signal, lag)
     op_ramps, pieces = find_ramps(reading, record.tag)
-    found, rounding = _classify_ramps(reading, op_ramps, record.tag)
-    rows = rows_for_fit(op_ramps, found)
+    moves, rounding = _classify_ramps(reading, op_ramps, record.tag)
+    rows = rows_for_fit(op_ramps, moves)
     fit = None
     if rows.op.size:
         grain = {"dt": record.dt, "op_step": reading.op_step, "rounding": rounding}
         fit = fit_friction(rows, reading.signal == "mv", **grain)
-    ramps = classify_ramps(op_ramps, found, fit)
+    ramps = classify_ramps(op_ramps, moves, fit)
     r_low, r_high, contradiction = bracket_rate(ramps)
     sb = sj = deadband = S = Estimate()
     if fit is not None:
         sb, sj, deadband, S = fit.sb, fit.sj, fit.deadband, fit.S
     elif reading.signal == "mv":
-        deadband, S = fit_following(op_ramps, found)
+        deadband, S = fit_following(op_ramps, moves)
     op_line = np.concatenate([[p.at(t) for t in reading.time[p.first : p.last]] for p in pieces])
     valve, position, model, residual = _compare_with_record(record, reading, op_line, fit, r_low, r_high)
-    stuck = max(moved.lead for moved in found)
+    stuck = max(moved.lead for moved in moves)
     unknown = open_questions(reading, ramps, fit, stuck, r_low, r_high, contradiction)
     verdict, reason = ramp_verdict(sb, sj, S, stuck, limit, reading.signal, fit.systematic_error if fit else None)
     return RampTest(
         record, reading.signal, verdict, reason, limit, unknown, settings,
         sb=sb, sj=sj, r_low=r_low, r_high=r_high, deadband=deadband, S=S,
         offset=fit.offset if fit else math.nan, slope=fit.slope if fit else math.nan,
-        delay=fit.delay if fit else math.nan, ramps=ramps, events=ramp_events(op_ramps, found, fit),
+        delay=fit.delay if fit else math.nan, ramps=ramps, events=ramp_events(op_ramps, moves, fit),
         travel=ramps_by_travel(rows, fit, bins), valve=valve, residual=residual, position=position, model=model,
     )  # fmt: skip
 
@@ -134,11 +134,11 @@ def _classify_ramps(reading: StemSignal, ramps: tuple[OpRamp, ...], tag: str) ->
         gain = 1.0
     rounding = quantisation_step(tested, MAX_ROUNDING_STEP * abs(gain))
     sigma = max(noise_std(reading.stem), 0.5 * rounding, 0.002 * abs(gain))
-    found = tuple(
+    moves = tuple(
         classify_segments(ramp, reading.time[part], reading.stem[part], sigma, rounding, gain)
         for ramp, part in zip(ramps, inside, strict=True)
     )
-    return found, rounding
+    return moves, rounding
 
 
 def _compare_with_record(

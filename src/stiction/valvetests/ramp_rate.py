@@ -22,14 +22,14 @@ MIN_MAJORITY_SHARE = 0.65
 
 
 def classify_ramps(
-    ramps: tuple[OpRamp, ...], found: tuple[StemMoves, ...], fit: FrictionFit | None
+    ramps: tuple[OpRamp, ...], moves: tuple[StemMoves, ...], fit: FrictionFit | None
 ) -> tuple[Ramp, ...]:
     """Classify the motion of the stem in each ramp."""
     slope = abs(fit.slope) if fit else 1.0
     jump = abs(fit.sj.value) if fit else 0.0
     table: list[Ramp] = []
     n = 0
-    for ramp, moved in zip(ramps, found, strict=True):
+    for ramp, moved in zip(ramps, moves, strict=True):
         behaviour, reason = _behaviour(moved, slope, jump)
         sb = sj = math.nan
         count = len(moved.slips)

@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 __all__ = ["ramp_events", "ramps_by_travel", "rows_for_fit"]
 
 
-def rows_for_fit(ramps: tuple[OpRamp, ...], found: tuple[StemMoves, ...]) -> SlipRows:
+def rows_for_fit(ramps: tuple[OpRamp, ...], moves: tuple[StemMoves, ...]) -> SlipRows:
     """Slips and points of following of all ramps, in order."""
     slips: list[tuple[float, ...]] = []
     points: list[tuple[float, ...]] = []
-    for ramp, moved in zip(ramps, found, strict=True):
+    for ramp, moved in zip(ramps, moves, strict=True):
         first = len(slips)
         jump = moved.hidden.jump if moved.hidden else math.nan
         slips += [
@@ -44,14 +44,14 @@ def rows_for_fit(ramps: tuple[OpRamp, ...], found: tuple[StemMoves, ...]) -> Sli
 
 
 def ramp_events(
-    ramps: tuple[OpRamp, ...], found: tuple[StemMoves, ...], fit: FrictionFit | None
+    ramps: tuple[OpRamp, ...], moves: tuple[StemMoves, ...], fit: FrictionFit | None
 ) -> tuple[StemEvent, ...]:
     """Every stick and slip, in order of time."""
     if fit is None:
         return ()
     table: list[StemEvent] = []
     n = 0
-    for k, (ramp, moved) in enumerate(zip(ramps, found, strict=True)):
+    for k, (ramp, moved) in enumerate(zip(ramps, moves, strict=True)):
         for slip in moved.slips:
             place = fit.offset + fit.slope * slip.before
             band, jump = float(fit.stick_bands[n]), float(fit.jumps[n])

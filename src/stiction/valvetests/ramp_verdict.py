@@ -34,13 +34,13 @@ def ramp_verdict(
     the middle of its band of S + J can rest that long with half of it as S.
     """
     allowed = MAX_NEGATIVE_VALUE * max(1.0, S.value if S.known else 0.0)
-    for key, name, found in (("S", "S, deadband plus stickband,", S), ("sb", "sb", sb), ("sj", "sj", sj)):
+    for key, name, estimate in (("S", "S, deadband plus stickband,", S), ("sb", "sb", sb), ("sj", "sj", sj)):
         # A systematic error can put an interval below 0 in a good test too, so only scatter counts.
         known = doubt.bounds(key)[0] if doubt else 0.0
-        lowest = found.low + known if math.isfinite(found.low) else found.value
+        lowest = estimate.low + known if math.isfinite(estimate.low) else estimate.value
         if lowest < -allowed:
             return "undecided", (
-                f"{name} is {found.text()}, below 0, which no valve can have: the slips do not follow OP. Ramp in "
+                f"{name} is {estimate.text()}, below 0, which no valve can have: the slips do not follow OP. Ramp in "
                 "manual, while nothing but OP changes the flow."
             )
     if not S.known:

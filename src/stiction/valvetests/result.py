@@ -160,9 +160,9 @@ class ValveTest(Result):
 
     def summary(self) -> str:
         """Summary in a few lines."""
-        found = ", ".join(f"{name} = {value.text(unit_of(name))}" for name, value in self.quantities().items())
+        sizes = ", ".join(f"{name} = {value.text(unit_of(name))}" for name, value in self.quantities().items())
         lines = [f"{self.record.tag} ({self.kind}, read from {self.signal.upper()}): {self.verdict}. {self.reason}"]
-        lines.append(f"{found}. In brackets: {self.brackets}.")
+        lines.append(f"{sizes}. In brackets: {self.brackets}.")
         lines += [f"Cannot tell: {line}" for line in self.unknown]
         return "\n".join(lines)
 

@@ -36,7 +36,7 @@ def kano_patterns(record: LoopRecord, oscillation: Oscillation) -> Evidence:
     ----------
     record : LoopRecord
         OP and, in this order, the measured valve position, the slope of an integrating PV, or PV; valid for flow and
-        pressure (A) and level (C). Of a position that was recorded for a part of it the longest stretch is looked at.
+        pressure (A) and level (C). If the position has gaps, its longest segment is used.
     oscillation : Oscillation
         What `find_oscillation` says of the record.
 

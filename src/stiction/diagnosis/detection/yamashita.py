@@ -7,7 +7,7 @@ for independent, equally likely symbols rho_1 is 2/8 = 0.25, so that the limit i
 
 A step counts as steady below 0.43 of its deviation, which makes the three symbols equally likely for noise; samples
 are averaged as long as 20 or more are left of a period, or noise between samples would be all there is to see. So 20 to
-40 are left: the fewer, the less noise hides, and one wave may be told otherwise at another sampling rate. Where PV
+40 are left: the fewer, the less noise hides, and the result can depend on the sampling rate. Where PV
 stands for the valve and falls as OP rises, which the controller's integral part betrays, its symbols are turned round.
 """
 
@@ -40,8 +40,8 @@ def yamashita(record: LoopRecord, oscillation: Oscillation) -> Evidence:
     Parameters
     ----------
     record : LoopRecord
-        OP and, in this order, the measured valve position or PV; valid for flow and pressure loops. Of a position
-        that was recorded for a part of it the longest stretch is looked at.
+        OP and, in this order, the measured valve position or PV; valid for flow and pressure loops. If the
+        position has gaps, its longest segment is used.
     oscillation : Oscillation
         What `find_oscillation` says of the record; sets how far samples are averaged.
 

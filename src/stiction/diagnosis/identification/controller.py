@@ -46,8 +46,8 @@ rounding of computed numbers is left."""
 AS_ROUNDED = 1.5
 """How many times what rounding leaves [-] may be left of the moves that a form of controller explains."""
 SMOOTHER, STANDARD_ERRORS = 4.0, 4.0
-"""How many times too large what the errors between the samples leave may be taken where they are smooth [-], and the
-standard errors of what is left by which it must stand out [-]."""
+"""Factor by which the interpolation error may be overestimated when smooth [-], and standard errors by which a residual
+must stand out [-]."""
 NEIGHBOURS = 3
 """Samples on either side that tell a sample of the PV [-]: enough for three sines."""
 

@@ -175,7 +175,7 @@ def _largest_rise(x: NDArray[np.float64]) -> tuple[float, int, int]:
 
 
 def _proportional_travel(op: NDArray[np.float64], error: NDArray[np.float64]) -> float:
-    """Travel of OP that the proportional action makes of the change of the error, by a PI equation in increments."""
+    """OP change due to the proportional term, by a PI equation in increments."""
     columns = np.stack([np.diff(error), error[1:]], axis=1)
     gain = np.linalg.lstsq(columns, np.diff(op), rcond=None)[0][0]
     ends = block_means(error, BLOCKS)

@@ -64,10 +64,10 @@ def require_families(families: Iterable[str | float]) -> tuple[str | float, ...]
         raise ParameterError(
             f"families = {families!r} is not a list of families; give for example ['half', 'integer']."
         )
-    found = tuple(families)
-    for family in found:
+    chosen = tuple(families)
+    for family in chosen:
         rest_level_offset(1.0, family)
-    return found
+    return chosen
 
 
 def staircase_levels(sb: float, lag: float, offset: float, amplitude: float) -> tuple[float, ...]:
@@ -136,10 +136,10 @@ def stenman_printed(d: float, amplitude, *, roots_repaired: bool = False):
         return np.sqrt(np.maximum(1.0 - a**2, 0.0)) if roots_repaired else np.abs(1.0 - a)
 
     ratio = d / amplitude
-    one, two = root(ratio / 2.0), root(3.0 * ratio / 2.0)
+    first, other = root(ratio / 2.0), root(3.0 * ratio / 2.0)
     scale = 2.0 * ratio / math.pi
     second = ratio <= 2.0 / 3.0
-    real = scale * np.where(second, one + two, one)
+    real = scale * np.where(second, first + other, first)
     imag = -(ratio**2) / math.pi * np.where(second, 3.0, 1.0)
     value = np.where(ratio > 2.0, 0.0, real + 1j * imag)
     return np.where(ratio <= 2.0 / 5.0, complex(math.nan, math.nan), value)

@@ -89,64 +89,64 @@ def solve_packed(
     guesses: Iterable[LimitCycle] | None = None,
 ) -> tuple[LimitCycle, ...]:
     """`exact_limit_cycles` of a packed loop, from the predictions `guesses` or new ones."""
-    found: list[LimitCycle] = []
+    cycles: list[LimitCycle] = []
     predictions = None if guesses is None else list(guesses)
     if not m.valve.staircase:
-        found += [cycle for cycle in search_from_starts(m, loop, None, predictions) if cycle.offset is None]
+        cycles += [cycle for cycle in search_from_starts(m, loop, None, predictions) if cycle.offset is None]
     if not m.has_lattice:
-        return tuple(found)
+        return tuple(cycles)
     for family in ("half", "integer") if families is None else families:
         offset = rest_level_offset(m.valve.jump, family, m.linear.rest)
         name = family if isinstance(family, str) else f"{offset:g}"
         mine = None if predictions is None else [guess for guess in predictions if guess.family in ("", name)]
-        found += [cycle for cycle in search_from_starts(m, loop, offset, mine) if cycle.offset is not None]
-    return tuple(found)
+        cycles += [cycle for cycle in search_from_starts(m, loop, offset, mine) if cycle.offset is not None]
+    return tuple(cycles)
 
 
 def search_from_starts(
     m: PackedLoop, loop: Loop, offset: float | None, guesses: Iterable[LimitCycle] | None = None
 ) -> tuple[LimitCycle, ...]:
     """All cycles on one lattice offset [% of span] from the point of rest, or of a valve without a lattice (None)."""
-    found: list[LimitCycle] = []
+    cycles: list[LimitCycle] = []
     family = "half" if offset is None else offset
     if guesses is None:
         guesses = harmonic_balance(m.linear, loop.valve, None if offset is None else (offset,))
     for guess in guesses:
         if guess.kind == "cycle":
             states, level = _from_prediction(m, loop, guess, family)
-            _settle_and_refine(m, states, level, offset, found, refine_first=True)
+            _settle_and_refine(m, states, level, offset, cycles, refine_first=True)
     for states, level in _starts(m, offset):
-        _settle_and_refine(m, states, level, offset, found)
+        _settle_and_refine(m, states, level, offset, cycles)
     if offset is None or min(2.0 * offset % m.valve.jump, -2.0 * offset % m.valve.jump) < 1e-9 * m.valve.jump:
-        for cycle in found:
+        for cycle in cycles:
             if cycle.stable is not False and cycle.section:
                 *states, level = cycle.section
-                _settle_and_refine(m, -np.array(states), -level, offset, found, up=-1.0)
+                _settle_and_refine(m, -np.array(states), -level, offset, cycles, up=-1.0)
     if offset is not None:
-        found = [
+        cycles = [
             cycle
-            for cycle in found
+            for cycle in cycles
             if cycle.offset is None or _offset_distance(cycle.offset, offset, m.valve.jump) < 1e-6
         ]
-    return tuple(sorted(found, key=lambda cycle: (cycle.amplitude, cycle.period)))
+    return tuple(sorted(cycles, key=lambda cycle: (cycle.amplitude, cycle.period)))
 
 
-def _offset_distance(one: float, other: float, jump: float) -> float:
+def _offset_distance(offset: float, other: float, jump: float) -> float:
     """Distance of two offsets on the circle of the lattice, as a share of the jump [-]."""
-    return min((one - other) % jump, (other - one) % jump) / jump
+    return min((offset - other) % jump, (other - offset) % jump) / jump
 
 
-def is_same_cycle(one: LimitCycle, other: LimitCycle, tolerance: float = 1e-6) -> bool:
+def is_same_cycle(cycle: LimitCycle, other: LimitCycle, tolerance: float = 1e-6) -> bool:
     """Whether two exact cycles are the same motion."""
     return (
-        abs(one.period / one.turns - other.period / other.turns) <= tolerance * one.period / one.turns
-        and abs(one.amplitude - other.amplitude) <= tolerance * one.amplitude
-        and abs(one.levels[-1] - other.levels[-1]) <= tolerance * one.amplitude
+        abs(cycle.period / cycle.turns - other.period / other.turns) <= tolerance * cycle.period / cycle.turns
+        and abs(cycle.amplitude - other.amplitude) <= tolerance * cycle.amplitude
+        and abs(cycle.levels[-1] - other.levels[-1]) <= tolerance * cycle.amplitude
     )
 
 
 def _settle_and_refine(
-    m: PackedLoop, states, level: float, offset, found, *, refine_first: bool = False, up: float = 1.0
+    m: PackedLoop, states, level: float, offset, cycles, *, refine_first: bool = False, up: float = 1.0
 ) -> None:
     """Run the loop from a start until it settles, refine the cycle, and add it when it is new."""
     fixed = offset is not None
@@ -154,7 +154,7 @@ def _settle_and_refine(
     if refine_first:
         orbit = refine_orbit(m, states, level, fixed=fixed)
         if orbit is not None:
-            _add_if_new(found, m, orbit)
+            _add_if_new(cycles, m, orbit)
             return
     run, _ = look.run(states, level, most_turns=_QUICK_TURNS, tolerance=1e-6, up=up, most_steps=_QUICK_STEPS)
     if run.time.size < 2 or run.status in (REST, DIVERGED):
@@ -164,7 +164,7 @@ def _settle_and_refine(
     if offset is None and m.has_lattice and not run.swing[-2:, 4].any():
         return
     orbit = None
-    if run.status == SETTLED and _ends_in_known_cycle(found, m, run):
+    if run.status == SETTLED and _ends_in_known_cycle(cycles, m, run):
         return
     if run.status == SETTLED:
         orbit = _refine_run(m, run, fixed)
@@ -174,18 +174,18 @@ def _settle_and_refine(
             return
         orbit = _refine_run(m, run, fixed)
     if orbit is not None:
-        _add_if_new(found, m, orbit)
+        _add_if_new(cycles, m, orbit)
         return
     if look is not m:
         return
     k = run.turns
     settled = Orbit(run.states[-1], float(run.level[-1]), float(run.time[-1] - run.time[-1 - k]), k, (), True)
     cycle = _cycle_from_run(m, settled, run)
-    if not any(is_same_cycle(cycle, known) for known in found):
-        found.append(cycle)
+    if not any(is_same_cycle(cycle, known) for known in cycles):
+        cycles.append(cycle)
 
 
-def _ends_in_known_cycle(found: list[LimitCycle], m: PackedLoop, run) -> bool:
+def _ends_in_known_cycle(cycles: list[LimitCycle], m: PackedLoop, run) -> bool:
     """Whether a run that settled to 1e-6 ended in a cycle already in the list."""
     period = run.time[-1] - run.time[-1 - run.turns]
     height = (run.swing[-run.turns :, 0].max() - run.swing[-run.turns :, 1].min()) / 2.0
@@ -194,7 +194,7 @@ def _ends_in_known_cycle(found: list[LimitCycle], m: PackedLoop, run) -> bool:
         and abs(known.period - period) <= 1e-4 * period
         and abs(known.amplitude - height) <= 1e-4 * height
         and abs(known.levels[-1] - m.linear.rest - run.level[-run.turns :].max()) <= 1e-4 * m.valve.sb
-        for known in found
+        for known in cycles
     )
 
 
@@ -221,10 +221,10 @@ def _cycle_from_run(m: PackedLoop, orbit: Orbit, run) -> LimitCycle:
     )  # fmt: skip
 
 
-def _add_if_new(found: list[LimitCycle], m: PackedLoop, orbit: Orbit) -> None:
+def _add_if_new(cycles: list[LimitCycle], m: PackedLoop, orbit: Orbit) -> None:
     """Add an orbit when it is new; period and level are compared first, which is faster."""
     near = 1e-6 * max(m.valve.sb, abs(orbit.level))
-    for known in found:
+    for known in cycles:
         if (
             known.turns == orbit.turns
             and abs(known.period - orbit.period) <= 1e-6 * orbit.period
@@ -233,8 +233,8 @@ def _add_if_new(found: list[LimitCycle], m: PackedLoop, orbit: Orbit) -> None:
         ):
             return
     cycle = limit_cycle(m, orbit)
-    if not any(is_same_cycle(cycle, known) for known in found):
-        found.append(cycle)
+    if not any(is_same_cycle(cycle, known) for known in cycles):
+        cycles.append(cycle)
 
 
 def _from_prediction(m: PackedLoop, loop: Loop, guess: LimitCycle, family) -> tuple[np.ndarray, float]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from stiction.records.check_result import MIN_SAMPLES, CheckResult, check_minimum
 from stiction.records.gaps import forward_fill
-from stiction.records.quality.quantisation import ROUNDING, is_coarse, peak_to_peak
+from stiction.records.quality.quantisation import ROUNDING, is_coarse, peak_to_peak, quantisation_step
 from stiction.records.runs import runs
 from stiction.records.straight_line import fit_line
 
@@ -22,6 +22,7 @@ __all__ = [
     "controller_saw_hold",
     "count_interpolated",
     "exception_deviation",
+    "is_stored_on_change",
 ]
 
 EXACT = 1e-7
@@ -142,6 +143,42 @@ def exception_deviation(
     intervals = np.diff(places)
     is_even = np.mean(intervals == np.median(intervals)) > 0.9
     return 0.0 if smallest < max(1.5 * step, min_ratio * median) or is_even else float(smallest)
+
+
+def is_stored_on_change(
+    x: NDArray[np.float64], t: NDArray[np.float64], *, min_values: int = 12, min_ratio: float = 0.3
+) -> bool:
+    """Say whether values were stored only when the signal had changed, so that it stood still between them.
+
+    Parameters
+    ----------
+    x, t : ndarray, shape (n_values,)
+        The stored values [any unit] and their times [s].
+    min_values : int
+        Fewest values [-].
+    min_ratio : float
+        Smallest ratio of the 5 % quantile of the changes to their median, where they are no quantisation steps [-].
+
+    Notes
+    -----
+    No value repeats the one before; the changes are a deviation or more, or few quantisation steps, and, unlike those
+    of a signal of which values were lost, do not grow with the time between them.
+
+    Examples
+    --------
+    >>> t, x = np.arange(400.0), np.round(5.0 * np.sin(np.arange(400) / 30))
+    >>> kept = np.flatnonzero(np.diff(x, prepend=-1.0))
+    >>> is_stored_on_change(x[kept], t[kept]), is_stored_on_change(x, t)
+    (True, False)
+    """
+    known = np.isfinite(x) & np.isfinite(t)
+    changes, gaps = np.abs(np.diff(x[known])), np.diff(t[known])
+    if changes.size < min_values or np.mean(changes == 0.0) > 0.02 or np.mean(gaps == np.median(gaps)) > 0.9:
+        return False
+    if np.std(changes) > 0.0 and np.corrcoef(gaps, changes)[0, 1] > 0.5:
+        return False
+    (smallest, median), step = np.percentile(changes, (5, 50)), quantisation_step(x[known])
+    return bool(smallest >= max(1.5 * step, min_ratio * median) or 0.0 < median <= 4.0 * step)
 
 
 def controller_saw_hold(

@@ -189,18 +189,20 @@ def check_outages(op: NDArray[np.float64], pv: NDArray[np.float64], dt: float) -
     return check_maximum("historian outages", len(outages), "-", warn=0, finding=finding, remedy=remedy)
 
 
-def _long_runs(unchanged: NDArray[np.bool_], found: NDArray[np.int64], if_moving: int, usual: int) -> NDArray[np.bool_]:
+def _long_runs(
+    unchanged: NDArray[np.bool_], constant: NDArray[np.int64], if_moving: int, usual: int
+) -> NDArray[np.bool_]:
     """Mark the long ones of constant runs, when they are at most five and all others at most a quarter as long.
 
     `if_moving` samples are long when almost no other sample is `unchanged`, else `usual` ones.
     """
     mask = np.zeros(unchanged.size, dtype=bool)
-    lengths = run_lengths(found)
+    lengths = run_lengths(constant)
     others_unchanged = np.count_nonzero(unchanged) - lengths[lengths >= if_moving].sum()
     long = lengths >= (if_moving if others_unchanged < 0.02 * unchanged.size else usual)
     short = lengths[~long]
     if not 1 <= long.sum() <= 5 or (short.size and 4 * short.max() > lengths[long].min()):
         return mask
-    for first, last in found[long].tolist():
+    for first, last in constant[long].tolist():
         mask[first - 1 : last] = True
     return mask

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 __all__ = ["OP_DISTANCE_LIMIT", "check_outliers", "find_outliers", "find_record_outliers"]
 
 OP_DISTANCE_LIMIT, OTHER_DISTANCE_LIMIT = 1.0, 5.0
-"""Distance of an outlier of OP, and of PV or valve position, see `find_outliers` [widths]; nearer spikes of PV are a
-fault of the transmitter, and stay."""
+"""Distance of an outlier of OP, and of PV or valve position, see `find_outliers` [widths]; single-sample
+spikes of PV that are nearer are a fault of the transmitter, and stay."""
 USUAL_OP_LIMITS = (0.0, 1.0, 100.0)
 """Values that OP takes by itself, as a fraction or in %: a code only beyond `OTHER_DISTANCE_LIMIT`."""
 

@@ -57,7 +57,7 @@ def likelihood_ratios(view: LoopView) -> Figure | None:
 
 
 def finite_likelihood_ratios(found: Identification) -> list[tuple[str, float]]:
-    """Return name and twice the log likelihood ratio of each explanation compared, smallest first, those apart last."""
+    """Name and twice the log likelihood ratio of each alternative, ascending; ratios with an added load last."""
     finite = [(name, ratio) for name, ratio in found.likelihood_ratios.items() if math.isfinite(ratio)]
     ranked = sorted(finite, key=lambda one: (one[0] in STICKY_TOO, one[1]))
     return [(ALTERNATIVES.get(name, name.replace("_", " ")), ratio) for name, ratio in ranked]

@@ -151,7 +151,9 @@ def draw_layout(rng: np.random.Generator, *, units: int = 4, steady: bool = Fals
     free = [k for k in range(len(loops)) if k not in used and not _cascade_partners(secondary, k)]
     _set_faults(rng, loops, free, sticky, tight)
     if steady:
-        loops = [replace(one, S=0.0, J=0.0, Kc=0.25 * one.Kc if k == tight else one.Kc) for k, one in enumerate(loops)]
+        loops = [
+            replace(loop, S=0.0, J=0.0, Kc=0.25 * loop.Kc if k == tight else loop.Kc) for k, loop in enumerate(loops)
+        ]
     return PlantLayout(tuple(loops), secondary, tuple(paths), (sticky, tight))
 
 
@@ -219,8 +221,8 @@ def _set_faults(rng: np.random.Generator, loops: list[LoopLayout], free: list[in
         S = float(rng.uniform(4.0, 8.0))
         loops[k] = replace(loops[k], S=S, J=S * float(rng.uniform(0.6, 1.0)), cause="stiction", sp_steps=0)
     tau, dead = float(rng.uniform(40.0, 100.0)), float(rng.uniform(15.0, 35.0))
-    one = replace(loops[tight], time_constant=tau, dead_time=dead, Ti=tau, cause="tight tuning", sp_steps=0)
-    loops[tight] = replace(one, Kc=float(rng.uniform(0.94, 0.98)) * _ultimate_gain(one))
+    tightened = replace(loops[tight], time_constant=tau, dead_time=dead, Ti=tau, cause="tight tuning", sp_steps=0)
+    loops[tight] = replace(tightened, Kc=float(rng.uniform(0.94, 0.98)) * _ultimate_gain(tightened))
     level = take("level")
     loops[level] = replace(loops[level], Ti=loops[level].Ti / 40.0, cause="tight tuning")
     for cause, state in (("sensor", "pv_frozen"), ("none", "manual"), ("none", "saturated")):
@@ -228,11 +230,11 @@ def _set_faults(rng: np.random.Generator, loops: list[LoopLayout], free: list[in
         loops[k] = replace(loops[k], cause=cause, state=state)
 
 
-def _ultimate_gain(one: LoopLayout, dt: float = 5.0) -> float:
+def _ultimate_gain(loop: LoopLayout, dt: float = 5.0) -> float:
     """Controller gain at which the loop with its integral time just oscillates, the sampling counted as a delay."""
     low, high = 1e-4, math.pi / dt
     for _ in range(60):
         w = math.sqrt(low * high)
-        phase = -math.atan(w * one.time_constant) - w * (one.dead_time + 0.5 * dt) - math.atan(1.0 / (w * one.Ti))
+        phase = -math.atan(w * loop.time_constant) - w * (loop.dead_time + 0.5 * dt) - math.atan(1.0 / (w * loop.Ti))
         low, high = (w, high) if phase > -math.pi else (low, w)
-    return math.hypot(1.0, low * one.time_constant) / (one.gain * math.hypot(1.0, 1.0 / (low * one.Ti)))
+    return math.hypot(1.0, low * loop.time_constant) / (loop.gain * math.hypot(1.0, 1.0 / (low * loop.Ti)))

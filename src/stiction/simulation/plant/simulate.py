@@ -79,7 +79,9 @@ class SimulatedPlant:
     def groups(self) -> dict[str, tuple[str, ...]]:
         """Tag of the root -> tags of the loops in which its oscillation is clear, itself included."""
         roots = dict.fromkeys(loop.root for loop in self.loops if loop.group)
-        return {root: tuple(one.record.tag for one in self.loops if one.root == root and one.group) for root in roots}
+        return {
+            root: tuple(loop.record.tag for loop in self.loops if loop.root == root and loop.group) for root in roots
+        }
 
 
 def simulate_plant(seed: int = 0, *, hours: float = 6.0, dt: float = 5.0, units: int = 4) -> SimulatedPlant:
@@ -132,27 +134,27 @@ def simulate_plant(seed: int = 0, *, hours: float = 6.0, dt: float = 5.0, units:
     visible = [_fault_to_noise_ratio(*pair) for pair in zip(records, _run(steady, seed, hours, dt), strict=True)]
     group_of = _reachable_groups(layout)
     loops = []
-    for k, (one, record) in enumerate(zip(layout.loops, records, strict=True)):
+    for k, (loop, record) in enumerate(zip(layout.loops, records, strict=True)):
         group = group_of.get(k, 0)
         clear = visible[k] >= MIN_CLEAR_RATIO
         member = group if clear else 0
-        cause = one.cause if one.cause != "none" or not member else "external disturbance"
+        cause = loop.cause if loop.cause != "none" or not member else "external disturbance"
         root = layout.loops[layout.sources[group - 1]].tag if member else ""
         weak = group if MIN_VISIBLE_RATIO <= visible[k] < MIN_CLEAR_RATIO else 0
         loops.append(
             PlantLoop(
-                _to_engineering_units(record, one),
+                _to_engineering_units(record, loop),
                 cause,
-                one.state,
+                loop.state,
                 member,
                 weak,
                 root,
-                span=one.span,
-                S=one.S,
-                J=one.J,
+                span=loop.span,
+                S=loop.S,
+                J=loop.J,
             )
         )
-    tags = [one.tag for one in layout.loops]
+    tags = [loop.tag for loop in layout.loops]
     return SimulatedPlant(tuple(loops), tuple((tags[path.source], tags[path.target]) for path in layout.paths))
 
 
@@ -160,8 +162,8 @@ def _run(layout: PlantLayout, seed: int, hours: float, dt: float) -> list[LoopRe
     """Records of all loops in percent."""
     recorded = round(hours * 3600.0 / dt)
     n = recorded + round(SETTLING_SHARE * recorded)
-    loads = [_draw_load(np.random.default_rng([seed, 1, k]), one.drift, n, dt) for k, one in enumerate(layout.loops)]
-    sp = [_draw_sp(np.random.default_rng([seed, 2, k]), one, n) for k, one in enumerate(layout.loops)]
+    loads = [_draw_load(np.random.default_rng([seed, 1, k]), loop.drift, n, dt) for k, loop in enumerate(layout.loops)]
+    sp = [_draw_sp(np.random.default_rng([seed, 2, k]), loop, n) for k, loop in enumerate(layout.loops)]
     records: dict[int, LoopRecord] = {}
     primary = {b: a for a, b in layout.secondary.items()}
     waiting = list(dict.fromkeys([*layout.sources, *(path.target for path in layout.paths), *range(len(loads))]))
@@ -189,35 +191,43 @@ def _run(layout: PlantLayout, seed: int, hours: float, dt: float) -> list[LoopRe
 
 
 def _run_single(
-    one: LoopLayout, dt: float, sp: NDArray[np.float64], load: NDArray[np.float64], seed: int
+    layout: LoopLayout, dt: float, sp: NDArray[np.float64], load: NDArray[np.float64], seed: int
 ) -> LoopRecord:
     """Run one loop that is not in a cascade."""
     n = sp.size
-    if one.state == "pv_frozen":
-        error = 0.02 * one.noise
-        op = np.clip(OPERATING_POINT + one.Kc * error * (1.0 + np.arange(n) * dt / one.Ti), 0.0, 100.0)
-        return _record(one, dt, np.full(n, OPERATING_POINT), np.full(n, OPERATING_POINT - error), op)
-    if one.state == "saturated":
+    if layout.state == "pv_frozen":
+        error = 0.02 * layout.noise
+        op = np.clip(OPERATING_POINT + layout.Kc * error * (1.0 + np.arange(n) * dt / layout.Ti), 0.0, 100.0)
+        return _record(layout, dt, np.full(n, OPERATING_POINT), np.full(n, OPERATING_POINT - error), op)
+    if layout.state == "saturated":
         load = load - 75.0
-    manual = np.full(n, OPERATING_POINT) if one.state == "manual" else None
+    manual = np.full(n, OPERATING_POINT) if layout.state == "manual" else None
     run = simulate(
-        one.loop(dt), sp, n * dt, load, seed, manual=manual, pv_start=OPERATING_POINT, op_start=OPERATING_POINT
+        layout.loop(dt), sp, n * dt, load, seed, manual=manual, pv_start=OPERATING_POINT, op_start=OPERATING_POINT
     )
     assert run.pv is not None
-    return _record(one, dt, sp, run.pv, run.op)
+    return _record(layout, dt, sp, run.pv, run.op)
 
 
-def _record(one: LoopLayout, dt: float, sp, pv, op, *, secondary: str = "") -> LoopRecord:
+def _record(layout: LoopLayout, dt: float, sp, pv, op, *, secondary: str = "") -> LoopRecord:
     origin = Provenance(source="simulation", rows=op.size, secondary_tag=secondary)
-    auto = np.full(op.size, one.state != "manual")
+    auto = np.full(op.size, layout.state != "manual")
     return LoopRecord(
-        one.tag, dt, op=op, pv=pv, sp=sp, auto=auto, loop_type=one.loop_type, start=RECORD_START, provenance=origin
+        layout.tag,
+        dt,
+        op=op,
+        pv=pv,
+        sp=sp,
+        auto=auto,
+        loop_type=layout.loop_type,
+        start=RECORD_START,
+        provenance=origin,
     )
 
 
-def _to_engineering_units(record: LoopRecord, one: LoopLayout) -> LoopRecord:
+def _to_engineering_units(record: LoopRecord, layout: LoopLayout) -> LoopRecord:
     """PV and SP in engineering units, with the rounding of a historian."""
-    low, high = one.span
+    low, high = layout.span
     assert record.pv is not None
     assert record.sp is not None
     scale = (high - low) / 100.0
@@ -234,9 +244,9 @@ def _draw_load(rng: np.random.Generator, deviation: float, n: int, dt: float) ->
     return np.asarray(lfilter([1.0], [1.0, -pole], steps))
 
 
-def _draw_sp(rng: np.random.Generator, one: LoopLayout, n: int) -> NDArray[np.float64]:
+def _draw_sp(rng: np.random.Generator, layout: LoopLayout, n: int) -> NDArray[np.float64]:
     sp = np.full(n, OPERATING_POINT)
-    for _ in range(one.sp_steps):
+    for _ in range(layout.sp_steps):
         sp[int(rng.integers(n // 4, n)) :] += float(rng.uniform(-2.0, 2.0))
     return sp
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.errors import RecordError, Setting
+from stiction.records.quality.compression import is_stored_on_change
 from stiction.sources.layouts.headings import (
     find_clock,
     flag_positions,
@@ -19,6 +20,7 @@ from stiction.sources.layouts.headings import (
 )
 from stiction.sources.roles.column_names import normalise_name
 from stiction.sources.roles.vocabulary import MISSING_WORDS
+from stiction.sources.values.numeric_cells import parse_numbers
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -72,7 +74,7 @@ def _is_quality_of(quality: TagColumn, column: TagColumn, qualities: Sequence[Ta
 
 
 def _find_sparse(table: RawTable, columns: Sequence[TagColumn], *, min_full_share: float = 0.95) -> list[TagColumn]:
-    """Columns that were stored at times of their own, by the first rows; none where OP and PV share most rows.
+    """Columns that were stored at times of their own, or when they changed; else none where OP and PV share most rows.
 
     A column with a value in `min_full_share` of the rows [-] has the times of the table.
     """
@@ -82,13 +84,25 @@ def _find_sparse(table: RawTable, columns: Sequence[TagColumn], *, min_full_shar
         cells = [row[i] if i < len(row) else "" for row in table.sample]
         return [cell != "" and cell.strip().upper() not in MISSING_WORDS for cell in cells]
 
+    roles = [parse_role(column.name) or ("", "") for column in columns]
     loops: dict[str, dict[str, list[bool]]] = {}
-    for column in columns:
-        if (role := parse_role(column.name)) and role[1] in ("pv", "op"):
-            loops.setdefault(role[0], {})[role[1]] = written(column)
+    for column, (tag, role) in zip(columns, roles, strict=True):
+        if role in ("pv", "op"):
+            loops.setdefault(tag, {})[role] = written(column)
+    blank = {id(c) for c in columns if sum(written(c)) < min_full_share * len(table.sample)}
     if not any(_is_sparse(loop["pv"], loop["op"]) for loop in loops.values() if len(loop) == 2):
-        return []
-    return [column for column in columns if sum(written(column)) < min_full_share * len(table.sample)]
+        signals = [c for c, (_, role) in zip(columns, roles, strict=True) if role in ("pv", "op") and id(c) in blank]
+        if not (changing := [id(column) for column in signals if _is_on_change(column)]):
+            return []
+        blank -= {id(column) for column in signals} - {*changing}
+    return [column for column in columns if id(column) in blank]
+
+
+def _is_on_change(column: TagColumn) -> bool:
+    """Whether the cells between the values of a column are blank because it had not changed."""
+    rows = _written_mask(column.cells).arg_true()
+    values = parse_numbers(column.cells.gather(rows), column.table.decimal).values
+    return is_stored_on_change(values, rows.cast(float).to_numpy())
 
 
 def _is_sparse(

@@ -35,7 +35,7 @@ _HOUR = 3600.0
 
 
 def sort_by_time(stamps: Stamps, rows_differ: RowsDiffer | None = None) -> tuple[Stamps, NDArray[np.int64]]:
-    """Give the readable stamps in the order of time, clock changes undone, with notes on that only, and their rows.
+    """Sort valid time stamps and undo clock changes; the notes are on that only, the rows those of the stamps.
 
     `rows_differ` tells for pairs of rows whether they have other values.
 

@@ -11,7 +11,7 @@ import numpy as np
 from stiction.sources.roles.vocabulary import CELL_UNITS, MISSING_WORDS
 from stiction.sources.values.number_text import GROUP_MARKS, GROUPED, NUMBER_AND_ANY_UNIT, PLAIN, SPACES
 from stiction.sources.values.thousands import refuse_ambiguous_thousands
-from stiction.sources.values.units import is_known_unit, to_one_unit
+from stiction.sources.values.units import scale_between, to_one_unit
 
 if TYPE_CHECKING:
     import polars as pl
@@ -128,6 +128,6 @@ def _parse_words(words: pl.Series, decimal: str) -> tuple[NDArray[np.float64], p
         pl.col("unit").fill_null(""), value=plain.str.replace(",", ".", literal=True).cast(pl.Float64, strict=False)
     )
     others = [unit for unit in found["unit"].unique() if unit and unit.upper() not in CELL_UNITS]
-    strange = [unit for unit in others if len(others) > MAX_UNITS or not is_known_unit(unit)]
+    strange = [unit for unit in others if len(others) > MAX_UNITS or scale_between(unit, unit) is None]
     found = found.with_columns(value=pl.when(pl.col("unit").is_in(strange)).then(None).otherwise("value"))
     return found["value"].to_numpy(), found["unit"]

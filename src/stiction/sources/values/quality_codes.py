@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from stiction.sources.values.quality_schemes import Scheme
 
     Mark = Literal["good", "uncertain", "bad"]
+    Marks = dict[str, Mark]
 
 __all__ = ["CodeReading", "QualityReading", "are_quality_codes", "read_code_counts", "read_quality"]
 
@@ -72,20 +73,9 @@ def read_code_counts(
 ) -> list[CodeReading]:
     """Give the ways to read the codes of a quality column, the likeliest first: one, unless schemes disagree.
 
-    Parameters
-    ----------
-    counts : Counter
-        Rows of each code in capitals; blank ones are good.
-    heading : str
-        Heading of the column. Schemes that it names go before those that `others` name, and these before the rest.
-    others : collection of str
-        Headings beside it, in capitals.
-    keep_uncertain : bool
-        Whether uncertain values are used.
-    min_percent : float
-        Share of good data from which a value is good, where the column holds that share [%].
-    min_share_ratio : float
-        Share of good rows of a reading over that of the best one, from which it is kept [-].
+    `counts` are the rows of each code in capitals; blank ones are good. Schemes that the `heading` names go before
+    those that `others`, the headings beside it, name, and these before the rest. A reading is kept if its share of good
+    rows is `min_share_ratio` of that of the best one [-]. A share of good data is good from `min_percent` [%].
 
     Examples
     --------
@@ -103,27 +93,31 @@ def read_code_counts(
         return [CodeReading(frozenset(), note)]
     blank = counts.total() - words.total()
     known = [(scheme, marks) for scheme in SCHEMES if (marks := _marks(scheme, frozenset(words)))]
-    full = [(scheme, marks) for scheme, marks in known if len(marks) == len(words)]
-    full = _by_heading(full, heading, others)
+    full = _by_heading([one for one in known if len(one[1]) == len(words)], heading, others)
     rated: dict[frozenset[str], tuple[float, Scheme]] = {}
     for scheme, marks in full:
-        missing = _missing(marks, keep_uncertain=keep_uncertain)
         share = (blank + sum(n for code, n in words.items() if marks[code] == "good")) / counts.total()
         if share > 0.0:
-            rated.setdefault(missing, (share, scheme))
+            rated.setdefault(_missing(marks, keep_uncertain=keep_uncertain), (share, scheme))
     if not rated:
         if any(scheme.name in _PLAIN_SCHEMES for scheme, _ in full):
             return [CodeReading(_missing(full[0][1], keep_uncertain=keep_uncertain))]
-        return _read_unknown(words, [(s, marks) for s, marks in known if not s.needs_word], keep_uncertain)
-    best = max(share for share, _ in rated.values())
+        return _read_unknown(words, [marks for scheme, marks in known if not scheme.needs_word], keep_uncertain)
     ranked = sorted(rated.items(), key=lambda item: -item[1][0])
-    kept = [(missing, scheme) for missing, (share, scheme) in ranked if share >= min_share_ratio * best][:MAX_READINGS]
-    return [CodeReading(missing, _describe(words, missing, scheme)) for missing, scheme in kept]
+    least = min_share_ratio * ranked[0][1][0]
+    kept = [(missing, scheme.name) for missing, (share, scheme) in ranked if share >= least][:MAX_READINGS]
+    return [
+        CodeReading(
+            missing,
+            ""
+            if name in _PLAIN_SCHEMES or not missing
+            else f"{_listed(words.keys() - missing)} good, {_listed(missing)} not ({name})",
+        )
+        for missing, name in kept
+    ]
 
 
-def _by_heading(
-    full: list[tuple[Scheme, dict[str, Mark]]], heading: str, others: Collection[str]
-) -> list[tuple[Scheme, dict[str, Mark]]]:
+def _by_heading(full: list[tuple[Scheme, Marks]], heading: str, others: Collection[str]) -> list[tuple[Scheme, Marks]]:
     """Choose the schemes that the heading names, else those that others name, else all that need no word."""
     if own := [one for one in full if _names(heading, one[0].words)]:
         return own
@@ -137,36 +131,24 @@ def _names(heading: str, words: Iterable[str]) -> bool:
     return any(text == word or (text.endswith(word) and not text[-len(word) - 1].isalnum()) for word in words)
 
 
-def _missing(marks: Mapping[str, Mark], *, keep_uncertain: bool) -> frozenset[str]:
+def _missing(marks: Marks, *, keep_uncertain: bool) -> frozenset[str]:
     return frozenset(c for c, mark in marks.items() if mark == "bad" or (mark == "uncertain" and not keep_uncertain))
-
-
-def _describe(words: Counter[str], missing: frozenset[str], scheme: Scheme) -> str:
-    if scheme.name in _PLAIN_SCHEMES or not missing:
-        return ""
-    return f"{_listed(words.keys() - missing)} good, {_listed(missing)} not ({scheme.name})"
 
 
 def _listed(codes: Collection[str]) -> str:
     """List codes with their verb."""
-    texts = sorted(codes, key=lambda code: (len(code), code))[:5]
-    *head, last = texts or ["a blank"]
+    *head, last = sorted(codes, key=lambda code: (len(code), code))[:5] or ["a blank"]
     return f"{', '.join(head)} and {last} are" if head else f"{last} is"
 
 
 def _read_unknown(
-    words: Counter[str],
-    known: list[tuple[Scheme, dict[str, Mark]]],
-    keep_uncertain: bool,
-    *,
-    min_good_share: float = 0.9,
+    words: Counter[str], known: list[Marks], keep_uncertain: bool, *, min_good_share: float = 0.9
 ) -> list[CodeReading]:
     """Read codes of which no scheme knows all, or none as good: the unknown ones are bad, or else good."""
-    marks = max((marks for _, marks in known), key=lambda marks: sum(words[code] for code in marks), default={})
+    marks = max(known, key=lambda marks: sum(words[code] for code in marks), default={})
     good = {code for code, mark in marks.items() if mark == "good"}
     bad = _missing(marks, keep_uncertain=keep_uncertain) if good else frozenset()
-    usual = max(words, key=lambda code: words[code])
-    good = good or {usual}
+    good = good or {max(words, key=lambda code: words[code])}
     unknown = frozenset(words.keys() - good - bad)
     if not unknown:
         return [CodeReading(bad, f"{_listed(good)} taken as good: no scheme of quality codes knows it")]
@@ -177,9 +159,9 @@ def _read_unknown(
 
 
 @lru_cache(maxsize=512)
-def _marks(scheme: Scheme, codes: frozenset[str]) -> dict[str, Mark]:
+def _marks(scheme: Scheme, codes: frozenset[str]) -> Marks:
     """Give the meaning of the codes that a scheme knows."""
-    marks: dict[str, Mark] = {code: mark for code in codes if (mark := _mark(scheme, code)) is not None}
+    marks: Marks = {code: mark for code in codes if (mark := _mark(scheme, code)) is not None}
     return {} if scheme.needs_fault and set(marks.values()) == {"good"} else marks
 
 
@@ -226,46 +208,33 @@ def read_quality(
     Columns whose headings end in the same word share their scheme. With `good_codes` of a column all others are bad.
     """
     cells = {key: read_codes(series) for key, (_, series) in columns.items()}
-    groups: dict[str, list[str]] = {}
+    groups: dict[tuple[bool, str], list[str]] = {}
     for key, (heading, _) in columns.items():
-        is_bad = "bad" in key.split()
-        word = re.split(r"[\W_]+", heading.strip().upper())[-1]
-        groups.setdefault(f"{'bad' if is_bad else 'quality'} {word}", []).append(key)
-    options: dict[str, list[CodeReading]] = {}
-    given: dict[str, Collection[str]] = {}
-    for name, keys in groups.items():
+        groups.setdefault(("bad" in key.split(), re.split(r"[\W_]+", heading.strip().upper())[-1]), []).append(key)
+    ways: list[tuple[list[str], list[CodeReading]]] = []
+    for (is_bad, _), keys in groups.items():
         counts = sum((cells[key][1] for key in keys), Counter())
         heading, good = columns[keys[0]][0], (good_codes or {}).get(keys[0], ())
-        if name.startswith("bad"):
-            options[name] = [_read_flags(counts, heading, keep_uncertain=keep_uncertain)]
+        if is_bad:
+            ways.append((keys, [_read_flags(counts, heading, keep_uncertain=keep_uncertain)]))
         elif good:
-            options[name], given[name] = [_read_given(counts, good)], good
+            ways.append((keys, [_read_given(counts, good, where)]))
         else:
-            options[name] = read_code_counts(counts, heading, others, keep_uncertain=keep_uncertain)
-    if given and not any(options[name][0].note for name in given):
-        present = sorted({code for name in given for key in groups[name] for code in cells[key][1] if code})[:10]
-        raise RecordError(
-            "",
-            Setting("good_codes", ",".join(next(iter(given.values())))),
-            f" names no code of the quality columns; theirs are {', '.join(present)}",
-            remedy="name the good ones among these",
-            where=where,
-        )
+            ways.append((keys, read_code_counts(counts, heading, others, keep_uncertain=keep_uncertain)))
     readings = []
-    for k in range(max((len(one) for one in options.values()), default=1)):
+    for k in range(max((len(one) for _, one in ways), default=1)):
         reading = QualityReading()
-        for name, keys in groups.items():
-            chosen = options[name][min(k, len(options[name]) - 1)]
+        for keys, one in ways:
+            chosen = one[min(k, len(one) - 1)]
+            labels = list(dict.fromkeys(columns[key][0] for key in keys))
+            named = f"Column{'s' if labels[1:] else ''} {', '.join(labels[:3])}{' ...' if labels[3:] else ''}"
+            reading.notes += [f"{named}: {chosen.note}."] if chosen.note else []
             for key in keys:
                 mask = cells[key][0].is_in(list(chosen.missing)).to_numpy()
-                reading.masks[key] = mask | _single_rows(mask)
-                if n := int(np.sum(reading.masks[key] & ~mask)):
-                    single = "row between bad ones is" if n == 1 else "single rows between bad ones are"
-                    reading.notes.append(f"Column {columns[key][0]}: {n} {single} taken as bad.")
-            if chosen.note:
-                labels = list(dict.fromkeys(columns[key][0] for key in keys))
-                named = ", ".join(labels[:3]) + (" ..." if labels[3:] else "")
-                reading.notes.append(f"Column{'s' if labels[1:] else ''} {named}: {chosen.note}.")
+                single = _single_rows(mask)
+                reading.masks[key] = mask | single
+                if n := int(single.sum()):
+                    reading.notes.append(f"{named}: good rows between bad ones, {n} in all, are taken as bad.")
         readings.append(reading)
     return readings
 
@@ -281,16 +250,20 @@ def _single_rows(bad: NDArray[np.bool_], *, min_run: int = 3) -> NDArray[np.bool
 
 def _read_flags(counts: Counter[str], heading: str, *, keep_uncertain: bool) -> CodeReading:
     """Read a column of bad flags: all is bad but what says no."""
-    name = "doubt flag" if _names(heading, ("QUESTIONABLE", "SUBSTITUTED")) else "bad flag"
-    scheme = next(one for one in SCHEMES if one.name == name)
-    if name == "doubt flag" and keep_uncertain:
-        return CodeReading(frozenset())
-    return CodeReading(frozenset(c for c in counts if c not in _BLANK and _mark(scheme, c) != "good"))
+    is_doubt = _names(heading, ("QUESTIONABLE", "SUBSTITUTED"))
+    scheme = next(one for one in SCHEMES if one.name == ("doubt flag" if is_doubt else "bad flag"))
+    bad = frozenset(code for code in counts if code not in _BLANK and _mark(scheme, code) != "good")
+    return CodeReading(frozenset() if is_doubt and keep_uncertain else bad)
 
 
-def _read_given(counts: Counter[str], good_codes: Collection[str]) -> CodeReading:
-    """Read codes as the user says; the note is empty where none of the codes occurs."""
+def _read_given(counts: Counter[str], good_codes: Collection[str], where: str) -> CodeReading:
+    """Read codes as the user says."""
     good = {code.strip().upper() for code in good_codes}
     present = {code for code in counts if code in good or code.removesuffix(".0") in good}
-    missing = frozenset(counts.keys() - present - _BLANK) if present else frozenset()
-    return CodeReading(missing, f"{_listed(present)} good, as given" if present else "")
+    if not present:
+        listed = ", ".join(sorted(filter(None, counts))[:10])
+        raise RecordError(
+            "", Setting("good_codes", ",".join(good_codes)), f" names no code of a quality column; it has {listed}",
+            remedy="name the good ones among these", where=where,
+        )  # fmt: skip
+    return CodeReading(frozenset(counts.keys() - present - _BLANK), f"{_listed(present)} good, as given")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -14,12 +14,12 @@ from stiction.errors import RecordError
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["OneUnit", "is_known_unit", "scale_between", "to_one_unit"]
+__all__ = ["OneUnit", "scale_between", "to_one_unit"]
 
 _POWER = re.compile(r"(?<=[a-zA-Z])(?=[23](?![0-9]))")
-_SPELLINGS = {"°": "deg", "³": "3", "²": "2", "·": "*", "usgpm": "gpm", "gpm": "gallon/minute", "pct": "%"}
-# Of the same name, but not of the same zero or state: gauge and absolute pressure, normal and standard volume.
-_KINDS = ((r"(?i)(bar|kpa|mpa|psi|pa)(g|a|\(g\)|\(a\))$", 2), (r"^([NS])(?=m3|m³|l/)", 1))
+_SPELLINGS = {"°": "deg", "³": "3", "²": "2", "·": "*", "gpm": "gallon/minute", "pct": "%"}
+# Gauge and absolute pressure, normal and standard volume: of one name, but not of one zero or state.
+_KIND = re.compile(r"(?<=bar|kpa|mpa|psi)\(?([ga])\)?$|^([ns])(?=m3|m³|l/)", re.IGNORECASE)
 
 
 class OneUnit(NamedTuple):
@@ -28,7 +28,7 @@ class OneUnit(NamedTuple):
     values: NDArray[np.float64]
     """The numbers [`unit`]."""
     unit: str
-    """The unit that most had, as written."""
+    """The unit, as written."""
     note: str
     """What was converted; empty where there was one unit."""
 
@@ -36,25 +36,10 @@ class OneUnit(NamedTuple):
 def to_one_unit(
     values: NDArray[np.float64], units: list[str], codes: NDArray[np.integer], where: str, *, written: str = ""
 ) -> OneUnit:
-    """Convert numbers to the unit that a header names, where some have it, else to the one that most have.
+    """Convert numbers to the unit that a header names (`written`), where some have it, else to that of most.
 
-    Parameters
-    ----------
-    values : ndarray, shape (n_rows,)
-        The numbers [unit of each row].
-    units : list of str
-        Different units as written; blank for none.
-    codes : ndarray, shape (n_rows,)
-        Position in `units` of each row.
-    where : str
-        File and column, for messages.
-    written : str
-        Unit by the header.
-
-    Raises
-    ------
-    RecordError
-        When two units cannot be converted into each other.
+    `codes` give for each row its place in `units`, in which "" stands for none; `where` is file and column, for the
+    RecordError that is raised when two units cannot be converted into each other.
 
     Examples
     --------
@@ -62,30 +47,23 @@ def to_one_unit(
     >>> found.values, found.unit, found.note
     (array([0.99, 1.01, 1.02]), 'kL/h', '1 value in L/h was converted to kL/h.')
     """
-    rows = Counter(codes[np.isfinite(values)].tolist())
-    counts = {units[k]: n for k, n in rows.most_common()}
+    counts = {units[k]: n for k, n in Counter(codes[np.isfinite(values)].tolist()).most_common()}
     if len(counts) < 2:
         return OneUnit(values, next(iter(counts), ""), "")
     target = next((unit for unit in counts if unit.upper() == written.upper()), next(iter(counts)))
-    others = [unit for unit in counts if unit != target]
     values, told = values.copy(), []
-    for unit in others:
-        scale = scale_between(unit, target)
+    for unit, n in counts.items():
+        scale = (1.0, 0.0) if unit == target else scale_between(unit, target)
         if scale is None:
-            listed = ", ".join(f"{n} {f'in {one}' if one else 'without a unit'}" for one, n in list(counts.items())[:4])
+            texts = [f"{n} {f'in {one}' if one else 'without a unit'}" for one, n in list(counts.items())[:4]]
             raise RecordError(
-                f"mixes units ({listed}); export all its values in one unit, or without units.", where=where
+                f"mixes units ({', '.join(texts)}); export all its values in one unit, or without units.", where=where
             )
         mask = codes == units.index(unit)
         values[mask] = values[mask] * scale[0] + scale[1]
-        told.append(f"{counts[unit]} {'value' if counts[unit] == 1 else 'values'} in {unit}")
-    is_one = len(told) == 1 and counts[others[0]] == 1
-    return OneUnit(values, target, f"{', '.join(told)} {'was' if is_one else 'were'} converted to {target}.")
-
-
-def is_known_unit(text: str) -> bool:
-    """Whether pint knows a unit."""
-    return scale_between(text, text) is not None
+        told += [f"{n} {'value' if n == 1 else 'values'} in {unit}"] if unit != target else []
+    was = "was" if told[1:] == [] and told[0].startswith("1 ") else "were"
+    return OneUnit(values, target, f"{', '.join(told)} {was} converted to {target}.")
 
 
 @lru_cache(maxsize=1024)
@@ -99,35 +77,24 @@ def scale_between(unit: str, target: str) -> tuple[float, float] | None:
     """
     import pint
 
-    kinds, texts = zip(_split_kind(unit), _split_kind(target), strict=True)
-    if kinds[0] != kinds[1]:
-        return None
+    (kind, text), (other_kind, other) = _split_kind(unit), _split_kind(target)
     try:
         registry = pint.get_application_registry()
-        one, other = (_parse(registry, text) for text in texts)
-        if one.dimensionless and "%" not in unit + target:
-            return None
-        zero, full = (registry.Quantity(x, one).to(other).magnitude for x in (0.0, 1.0))
-    except Exception:
+        one, end = registry.parse_units(text), registry.parse_units(other)
+        zero, full = (registry.Quantity(x, one).to(end).magnitude for x in (0.0, 1.0))
+    except Exception:  # the parser raises errors of many kinds on texts that are no units
         return None
+    is_pure = one.dimensionless and "%" not in unit + target
     factor = full - zero
-    return (factor, zero) if np.isfinite(factor) and factor > 0.0 else None
-
-
-def _parse(registry: Any, text: str) -> Any:
-    try:
-        return registry.parse_units(text)
-    except Exception:
-        return registry.parse_units(text, case_sensitive=False)
+    return None if is_pure or kind != other_kind or not 0.0 < factor < np.inf else (factor, zero)
 
 
 def _split_kind(unit: str) -> tuple[str, str]:
     """Split gauge, absolute, normal or standard off a unit, and spell the rest as pint does."""
-    text, kind = unit.strip(), ""
-    for pattern, group in _KINDS:
-        if found := re.search(pattern, text):
-            kind = found[group].strip("()").lower()
-            text = text[: found.start(group)] + text[found.end(group) :]
+    found = re.search(_KIND, unit.strip())
+    text = _KIND.sub("", unit.strip())
+    if text.isupper() and ("/" in text or len(text) > 2):  # T/H is no tesla per henry
+        text = {"KPA": "kPa", "MPA": "MPa", "DEGC": "degC", "DEGF": "degF"}.get(text, text.lower())
     for written, known in _SPELLINGS.items():
-        text = re.sub(re.escape(written), known, text, flags=re.IGNORECASE) if written in text.lower() else text
-    return kind, _POWER.sub("**", text)
+        text = re.sub(re.escape(written), known, text, flags=re.IGNORECASE)
+    return (found[1] or found[2]).lower() if found else "", _POWER.sub("**", text)
