@@ -50,10 +50,9 @@ def memory_limit(given: int | None) -> int:
         return given
     if share := os.environ.get(LIMIT_VARIABLE):
         return int(share)
-    try:
+    if hasattr(os, "sysconf"):
         return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") // 2
-    except (AttributeError, ValueError, OSError):  # not POSIX
-        return 4 * 10**9
+    return 4 * 10**9
 
 
 def rows_that_fit(limit: int, columns: int) -> int:
