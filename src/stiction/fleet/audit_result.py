@@ -15,7 +15,7 @@ from stiction.fleet.audit_options import RUN_OPTIONS
 from stiction.fleet.folder import read_settings
 from stiction.fleet.labels import newest_labels, read_labels
 from stiction.fleet.ledger import Ledger, ResultKey, sqlite_url
-from stiction.fleet.loop_row import FAILED
+from stiction.fleet.loop_row import FAILED, NAMES
 from stiction.fleet.rank import is_judged, rank_members, rank_rows
 
 if TYPE_CHECKING:
@@ -100,7 +100,8 @@ class Audit:
         nested = ("oscillation_causes", "severity_parts", "oscillations")
         flat = [{name: value for name, value in row.items() if name not in nested} for row in self.rows]
         flat = [one | {"data_warnings": ", ".join(one["data_warnings"])} for one in flat]
-        frame = pl.DataFrame(flat, infer_schema_length=None)
+        names = [name for name in NAMES if name not in nested]
+        frame = pl.DataFrame(flat, schema=names, infer_schema_length=None)
         if native not in ("polars", "pandas", "pyarrow"):
             raise ParameterError(f"native = {native!r} is unknown; give 'polars', 'pandas' or 'pyarrow'.")
         return frame if native == "polars" else frame.to_arrow() if native == "pyarrow" else frame.to_pandas()

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import os
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stiction.errors import RecordError
 
 if TYPE_CHECKING:
-    from pathlib import Path
+    from io import BytesIO
 
     import polars as pl
 
     from stiction.fleet.audit_result import Audit
 
-__all__ = ["write_exports"]
+__all__ = ["write_exports", "write_table"]
+
+MAX_CELL = 32767
+"""Characters that a cell of a workbook can hold [-]."""
 
 
 def write_exports(audit: Audit, folder: Path | None = None) -> list[Path]:
@@ -49,22 +53,17 @@ def write_exports(audit: Audit, folder: Path | None = None) -> list[Path]:
             pl.Series("label", [labels[tag].label if tag in labels else "" for tag in tags]),
             pl.Series("note", [labels[tag].note if tag in labels else "" for tag in tags]),
         )
-    writers = {
-        "loops.csv": lambda path: _without_formulas(frame).write_csv(path),
-        "loops.parquet": lambda path: frame.write_parquet(path),
-        "loops.xlsx": lambda path: _write_excel(frame, path),
-    }
     written = []
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        for name, write in writers.items():
-            part = folder / f".{os.getpid()}.{name}"
+        for kind in ("csv", "parquet", "xlsx"):
+            part, target = folder / f".{os.getpid()}.loops.{kind}", folder / f"loops.{kind}"
             try:
-                write(part)
-                os.replace(part, folder / name)
+                write_table(frame, kind, part)
+                os.replace(part, target)
             finally:
                 part.unlink(missing_ok=True)
-            written.append(folder / name)
+            written.append(target)
     except OSError as error:
         reason = error.strerror or error
         raise RecordError(
@@ -73,42 +72,34 @@ def write_exports(audit: Audit, folder: Path | None = None) -> list[Path]:
     return written
 
 
-def _without_formulas(frame: pl.DataFrame) -> pl.DataFrame:
-    """Put an apostrophe before each text that a spreadsheet would take for a formula."""
+def write_table(frame: pl.DataFrame, kind: str, target: Path | BytesIO) -> None:
+    """Write a table of loops as "csv", "parquet" or "xlsx"; no text in it becomes a formula or a link."""
     import polars as pl
 
-    text = pl.col(pl.String)
-    return frame.with_columns(text.str.replace(r"^([=+\-@\t\r])", "'${1}"))
+    if kind == "parquet":
+        frame.write_parquet(target)
+    elif kind == "csv":
+        text = pl.col(pl.String)
+        frame.with_columns(text.str.replace(r"^([=+\-@\t\r])", "'${1}")).write_csv(target)
+    else:
+        _write_excel(frame, target)
 
 
-def _write_excel(frame: pl.DataFrame, path: Path) -> None:
+def _write_excel(frame: pl.DataFrame, target: Path | BytesIO) -> None:
+    import polars as pl
     import xlsxwriter
 
-    options = {"constant_memory": True, "strings_to_formulas": False, "strings_to_urls": False, "in_memory": False}
-    with xlsxwriter.Workbook(str(path), options) as book:
-        sheet = book.add_worksheet("Loops")
-        head = book.add_format({"bold": True, "text_wrap": True, "valign": "top", "bottom": 1})
-        for k, name in enumerate(frame.columns):
-            sheet.set_column(k, k, {"tag": 24, "reason": 60, "action": 60}.get(name, 13))
-            sheet.write_string(0, k, name.replace("_", " "), head)
-        for number, row in enumerate(frame.iter_rows(), 1):
-            for k, value in enumerate(row):
-                _write_cell(sheet, number, k, value)
-        sheet.freeze_panes(1, 1)
-        if frame.height:
-            sheet.autofilter(0, 0, frame.height, frame.width - 1)
-            for name in ("priority", "probability", "severity"):
-                k = frame.columns.index(name)
-                colours = {"type": "2_color_scale", "min_color": "#FFFFFF", "max_color": "#E0776B"}
-                sheet.conditional_format(1, k, frame.height, k, colours)
-
-
-def _write_cell(sheet: Any, row: int, column: int, value: Any) -> None:
-    if value is None:
-        return
-    if isinstance(value, bool):
-        sheet.write_boolean(row, column, value)
-    elif isinstance(value, (int, float)):
-        sheet.write_number(row, column, value)
-    else:
-        sheet.write_string(row, column, str(value)[:32767])
+    names = {name: name.replace("_", " ") for name in frame.columns}
+    colours = {"type": "2_color_scale", "min_color": "#FFFFFF", "max_color": "#E0776B"}
+    coloured = [name for name in ("priority", "probability", "severity") if name in names and frame.height]
+    widths: Any = {head: 420 if name in ("reason", "action") else 100 for name, head in names.items()}
+    options = {"strings_to_formulas": False, "strings_to_urls": False, "in_memory": not isinstance(target, Path)}
+    with xlsxwriter.Workbook(str(target) if isinstance(target, Path) else target, options) as book:
+        frame.rename(names).with_columns(pl.col(pl.String).str.head(MAX_CELL)).write_excel(
+            book,
+            "Loops",
+            column_widths=widths,
+            conditional_formats=dict.fromkeys(coloured, colours),
+            float_precision=6,
+            freeze_panes=(1, 1),
+        )

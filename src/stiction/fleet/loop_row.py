@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from stiction.fleet.source_parts import LoopPlace
     from stiction.records.record import LoopRecord
 
-__all__ = ["FAILED", "RESTING_STATES", "LoopRow"]
+__all__ = ["FAILED", "NAMES", "RESTING_STATES", "LoopRow"]
 
 FAILED = ("error", "timeout", "crashed")
 """Status of loops that could not be done."""

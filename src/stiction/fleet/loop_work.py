@@ -82,7 +82,8 @@ def diagnose_loop(place: LoopPlace, settings: WorkSettings, screened: LoopRow) -
     from stiction.diagnosis.verdict.decision import Costs
 
     record = cut_time(read_loop(place), settings.since, settings.until)
-    return rank_row(screened.with_diagnosis(diagnose(record, prior=settings.prior, costs=Costs(*settings.costs))))
+    found = diagnose(record, prior=settings.prior, costs=Costs(*settings.costs), methods=False)
+    return rank_row(screened.with_diagnosis(found))
 
 
 def cut_time(record: LoopRecord, since: datetime | None, until: datetime | None) -> LoopRecord:

@@ -49,6 +49,8 @@ def export_table(kind: str, columns: Sequence[dict[str, str]], rows: Sequence[Se
     """
     import polars as pl
 
+    from stiction.fleet.exports import write_table
+
     if any(len(row) != len(columns) for row in rows):
         raise ParameterError("The table has rows of different length; load the page again.")
     series = []
@@ -63,27 +65,6 @@ def export_table(kind: str, columns: Sequence[dict[str, str]], rows: Sequence[Se
         else:
             texts = [None if cell is None else str(cell) for cell in cells]
             series.append(pl.Series(str(column["name"]), texts, dtype=pl.String))
-    frame = pl.DataFrame(series)
     file = io.BytesIO()
-    if kind == "parquet":
-        frame.write_parquet(file)
-    elif kind == "xlsx":
-        _write_excel(frame, file)
-    else:
-        _without_formulas(frame).write_csv(file)
+    write_table(pl.DataFrame(series), kind, file)
     return file.getvalue()
-
-
-def _write_excel(frame: Any, file: io.BytesIO) -> None:
-    import xlsxwriter
-
-    options = {"strings_to_formulas": False, "strings_to_urls": False, "in_memory": True}
-    with xlsxwriter.Workbook(file, options) as book:
-        frame.write_excel(book, "Loops", autofit=True, freeze_panes=(1, 0))
-
-
-def _without_formulas(frame: Any) -> Any:
-    """Put an apostrophe before a text that a spreadsheet would take for a formula."""
-    import polars as pl
-
-    return frame.with_columns(pl.col(pl.String).str.replace(r"^([=+\-@\t\r])", "'${1}"))

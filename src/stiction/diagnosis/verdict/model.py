@@ -19,7 +19,7 @@ from stiction.display.json_form import FOUR_DECIMALS, Result
 from stiction.errors import require_probability
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
 __all__ = ["Contribution", "StictionModel", "TreeNode", "stiction_model"]
 
@@ -120,9 +120,13 @@ class StictionModel:
             When the prior is not between 0 and 1.
         """
         require_probability("prior", prior)
-        score = self.intercept + sum(one.log_odds for one in self.contributions(features))
-        score += log_odds(prior) - log_odds(self.training_prior)
-        return logistic(score)
+        return self.sum_up(self.contributions(features), prior)
+
+    def sum_up(self, contributions: Iterable[Contribution], prior: float) -> float:
+        """Probability [-] of what the features add to the log odds."""
+        score = self.intercept + sum(one.log_odds for one in contributions)
+        shift = log_odds(prior) - log_odds(self.training_prior)
+        return logistic(score + shift)
 
 
 def logistic(x: float) -> float:
