@@ -10,11 +10,11 @@ import pytest
 
 import stiction as st
 from stiction.apps.web.trend_data import thin_columns
-from stiction.apps.web.trend_signals import find_first_rise, measure_swing
 from stiction.apps.web.whatif import make_start_load, predict_cycles, simulate_trend
 from stiction.apps.web.whatif_settings import COMPENSATORS, VALVE_MODELS, WhatIfSettings
 from stiction.apps.web.whatif_start import start_from_diagnosis
 from stiction.errors import ParameterError
+from stiction.simulation.swing import find_first_rise, measure_swing
 
 
 def test_the_trend_is_a_part_of_the_simulation_of_the_same_loop() -> None:

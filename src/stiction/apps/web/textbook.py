@@ -11,7 +11,7 @@ import numpy as np
 from stiction.apps.web.plain_blocks import blocks_to_plain
 from stiction.apps.web.textbook_text import describe_crossings, describe_jump, describe_ramp, describe_sine
 from stiction.apps.web.trend_data import thin_columns
-from stiction.apps.web.trend_signals import measure_swing
+from stiction.simulation.swing import measure_swing
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

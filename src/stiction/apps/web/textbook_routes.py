@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route, WebSocketRoute
 
-from stiction.apps.paper_text import SOURCE, TITLE
 from stiction.apps.web.simulation_socket import answer_questions
 from stiction.apps.web.textbook_settings import TEXTBOOK_MODELS, TextbookSettings
 
@@ -19,8 +18,7 @@ __all__ = ["ROUTES"]
 
 async def _options(_: Request) -> Response:
     """What the screen can move."""
-    paper = {"title": TITLE, "source": SOURCE}
-    return JSONResponse({**TextbookSettings.options(), "models": TEXTBOOK_MODELS, "paper": paper})
+    return JSONResponse({**TextbookSettings.options(), "models": TEXTBOOK_MODELS})
 
 
 ROUTES: list[Any] = [

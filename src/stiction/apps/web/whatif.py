@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.apps.web.trend_data import thin_columns
-from stiction.apps.web.trend_signals import Swing, find_first_rise, measure_swing
 from stiction.apps.web.whatif_text import describe_cycles, describe_trend
 from stiction.limitcycle.continuous_form import continuous_form
+from stiction.simulation.swing import Swing, find_first_rise, measure_swing
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

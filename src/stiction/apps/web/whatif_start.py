@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.apps.web.trend_data import thin_columns
-from stiction.apps.web.trend_signals import find_first_rise, measure_swing
 from stiction.apps.web.whatif_settings import WhatIfSettings
-from stiction.apps.web.whatif_values import values_from_diagnosis
+from stiction.compensation.known_loop import values_from_diagnosis
 from stiction.display.duration_format import format_seconds
 from stiction.display.number_format import format_number
 from stiction.errors import ParameterError, RecordError
+from stiction.simulation.swing import find_first_rise, measure_swing
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
