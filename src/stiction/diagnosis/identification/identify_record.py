@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stiction.diagnosis.identification.controller import fit_controller
-from stiction.diagnosis.identification.identify import identify_valve, in_seconds, pv_on_record
+from stiction.diagnosis.identification.identify import identify_valve
 from stiction.diagnosis.identification.model_fit import fit_stenman, likely_candidates, likely_range
 from stiction.diagnosis.identification.position import fit_position, with_position
-from stiction.diagnosis.identification.process_fit import fit_process
+from stiction.diagnosis.identification.process_fit import fit_process, in_seconds, pv_on_record
 from stiction.diagnosis.identification.regression import build_regression, one_thread
 from stiction.diagnosis.identification.signals import block_signals
 from stiction.diagnosis.identification.three_parameter import (
