@@ -46,5 +46,6 @@ def failed_diagnosis_dict(failure: Failure) -> dict[str, Any]:
                "oscillation_cause", "S_detectable", "average_log_odds", "quality")  # fmt: skip
     return {
         "file": failure.file, "tag": failure.tag, "verdict": "undecided", "reason": failure.reason,
-        "action": failure.remedy, "finding": "no_data", "next_step": "", **dict.fromkeys(unknown), "features": [], "evidence": [], "error": failure.reason,
+        "action": failure.remedy, "finding": "no_data", "next_step": "",
+        **dict.fromkeys(unknown), "features": [], "evidence": [], "error": failure.reason,
     }  # fmt: skip
