@@ -19,8 +19,8 @@ def identification() -> Section:
     rows, notes = [], []
     for n in (1_000, 2_000):
         record = st.simulate(loop, 10.0, float(n), seed=1)
-        op, pv, controller = record.op, record.pv, fit_controller(record)
-        segment = judge_segment(record, period=PERIOD_S)
+        op, pv, segment = record.op, record.pv, judge_segment(record, period=PERIOD_S)
+        controller = fit_controller(segment)
         assert pv is not None
         search = median_time(lambda op=op, pv=pv: search_record(op, pv, PERIOD_S), repeats=5)
         whole = median_time(lambda segment=segment, c=controller: identify_valve(segment, c), repeats=5)

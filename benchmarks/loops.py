@@ -62,7 +62,7 @@ def loops() -> Section:
     api, short = (n / median_time(lambda n=n: st.simulate(LOOP, SP, n * DT)) for n in (N, N_SHORT))
     rows = [
         Row("one core", speed, "steps/s", "python-control", slow, speed / slow, 10_000.0),
-        Row("one core", speed, "steps/s", "C twin", c_speed, speed / c_speed),
+        Row("one core", speed, "steps/s", "C twin", c_speed, speed / c_speed, 0.7),
         Row("two threads", both, "steps/s", "C twin", c_both, both / c_both),
         Row("st.simulate, 500 000 steps and record", api, "steps/s", "python-control", slow, api / slow, 10_000.0),
         Row("st.simulate, 10 000 steps and record", short, "steps/s", "python-control", slow, short / slow, 10_000.0),

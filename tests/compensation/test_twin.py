@@ -40,7 +40,8 @@ def recorded(loop: st.Loop, n: int, sp=50.0) -> st.LoopRecord:
 
 
 def controller_of(record: st.LoopRecord) -> tuple[st.PID, bool]:
-    return controller_from_record(judge_segment(record), fit_controller(record))
+    segment = judge_segment(record)
+    return controller_from_record(segment, fit_controller(segment))
 
 
 @pytest.fixture(scope="module")
@@ -108,7 +109,8 @@ def test_no_controller_is_said(diagnosis):
     """An OP that no PI explains."""
     rng = np.random.default_rng(0)
     record = replace(diagnosis.record, op=50.0 + np.cumsum(rng.normal(size=len(diagnosis.record))) * 0.1)
-    other = replace(diagnosis, segment=judge_segment(record), controller=fit_controller(record))
+    segment = judge_segment(record)
+    other = replace(diagnosis, segment=segment, controller=fit_controller(segment))
     with pytest.raises(st.RecordError, match="give the controller with its Kc and Ti"):
         build_twin(other)
 
@@ -355,7 +357,8 @@ def test_a_process_that_was_not_identified_is_not_blamed_on_a_given_controller()
 def test_a_controller_must_explain_nine_tenths_of_the_op(explained, taken, monkeypatch):
     page = importlib.import_module("stiction.compensation.controller_from_record")
     record = recorded(replace(LOOP, controller=st.PID(0.15, 12.0, op_limits=(0.0, 100.0))), 2500)
-    segment, found = judge_segment(record), replace(fit_controller(record), explained=explained)
+    segment = judge_segment(record)
+    found = replace(fit_controller(segment), explained=explained)
     monkeypatch.setattr(page, "_fit_filtered_derivative", lambda *_: (None, 0.0, 0.0))
     if taken:
         assert controller_from_record(segment, found)[0].Kc == pytest.approx(0.15, rel=1e-3)

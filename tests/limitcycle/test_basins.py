@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 import stiction as st
-from stiction.limitcycle import basin_map, bifurcation, exact_limit_cycles, match_record, smallest_pulse
-from stiction.limitcycle.record_match import measure_record_cycle
+from stiction.limitcycle import basin_map, bifurcation, exact_limit_cycles, smallest_pulse
 from stiction.paper.fig6 import figure6
 from stiction.paper.fig7 import EXAMPLE_LOOP
 from stiction.paper.fig8 import figure8
@@ -143,37 +142,6 @@ def test_no_branch_reaches_a_loop_without_gain(parameter, values):
     (branch,) = bifurcation(loop, parameter, values).branches
     assert branch.values.tolist() == values[1:]
     assert branch.born > 0.0
-
-
-@pytest.mark.parametrize(("start", "levels"), [(0.25, 2), (0.75, 4)])
-def test_record_is_matched_to_its_cycle(start, levels, a_and_c):
-    fine = st.Loop(EXAMPLE_LOOP.controller, EXAMPLE_LOOP.valve, EXAMPLE_LOOP.process, dt=0.01)
-    record = st.simulate(fine, sp=0.0, duration=400.0, op_start=start, disturbance=start)
-    match = match_record(EXAMPLE_LOOP, record, a_and_c)
-    assert len(match.cycle.levels) == levels
-    assert match.distance < 0.02
-    assert len(match.others) == 1
-    assert "could jump" in match.summary()
-
-
-def test_record_in_another_oscillation_is_in_no_cycle(a_and_c):
-    t = np.arange(0.0, 300.0, 0.1)
-    wave = np.sin(2.0 * np.pi * t / 5.0)
-    match = match_record(EXAMPLE_LOOP, st.LoopRecord("X", 0.1, op=wave, pv=wave), a_and_c)
-    assert match.cycle is None
-    with pytest.raises(st.RecordError, match="oscillate"):
-        match_record(EXAMPLE_LOOP, st.LoopRecord("X", 0.1, op=np.ones(100), pv=np.ones(100)), a_and_c)
-
-
-def test_noise_at_the_mid_level_makes_no_more_cycles():
-    """A sine of 40 samples to a period whose noise takes it through its middle several times on each way."""
-    k = np.arange(4000)
-    wave = np.sin(2.0 * np.pi * k / 40.0) + 0.2 * np.random.default_rng(1).normal(size=k.size)
-    crossings = np.count_nonzero((wave[1:] > 0.0) != (wave[:-1] > 0.0))
-    assert crossings > 1.2 * 2.0 * k.size / 40.0
-    period, amplitude, _ = measure_record_cycle(st.LoopRecord("X", 0.5, op=wave, pv=wave))
-    assert period == pytest.approx(20.0, rel=0.01)
-    assert amplitude == pytest.approx(1.4, abs=0.2)
 
 
 def test_figure_6_cycles_with_the_paper_s_band():

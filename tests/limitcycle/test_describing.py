@@ -11,7 +11,7 @@ from hypothesis import strategies as some
 from tests.reference import limitcycle as known
 
 import stiction as st
-from stiction.limitcycle import Deadband, Quantiser, Relay, Saturation, as_control_nonlinearity, describing_function
+from stiction.limitcycle import Deadband, Quantiser, Relay, Saturation, describing_function
 from stiction.limitcycle.continuous_form import continuous_form
 from stiction.limitcycle.describing.staircase import rest_level_offset, staircase_amplitudes
 
@@ -156,13 +156,3 @@ def test_refusals_name_the_quantity():
         describing_function(st.Stenman(0.5), 1.0, family="odd")
     with pytest.raises(st.ParameterError, match="as_printed"):
         describing_function(st.Kano(1.0, 1.0), 1.0, as_printed=True)
-
-
-def test_python_control_takes_our_valve():
-    control = pytest.importorskip("control")
-    valve = as_control_nonlinearity(st.Stenman(0.5))
-    assert valve.describing_function(1.0) == pytest.approx(0.8269 - 0.2387j, abs=1e-4)
-    assert [valve(u) for u in (0.4, 0.6, 0.2, 0.05)] == [0.0, 0.6, 0.6, 0.05]
-    system = control.tf([0.1, 0.5, 1.0], [5.0, 6.0, 1.0, 0.0])
-    found = control.describing_function_response(system, valve, np.linspace(0.3, 0.74, 100), np.linspace(0.2, 0.6, 400))
-    assert found.intersections[0][0] == pytest.approx(0.57305, abs=1e-4)

@@ -14,7 +14,6 @@ from stiction.limitcycle import (
     describing_function,
     exact_limit_cycles,
     harmonic_balance,
-    match_record,
     predict_limit_cycles,
     sampled_limit_cycles,
     smallest_pulse,
@@ -79,7 +78,6 @@ def test_families_that_are_none(valve, families, message):
         sampled_limit_cycles,
         basin_map,
         lambda loop: bifurcation(loop, "Kc", [0.2]),
-        lambda loop: match_record(loop, st.simulate(LOOP, 1.0, 50.0)),
     ],
 )
 def test_what_is_no_loop(ask):
@@ -93,8 +91,6 @@ def test_what_is_no_valve_no_record_and_no_cycle():
         describing_function("Kano", [4.0], omega=1.0)
     with pytest.raises(st.ParameterError, match="valve is of type NoneType"):
         harmonic_balance(LOOP.process, None)
-    with pytest.raises(st.RecordError, match=r"record = 'a\.csv' is a path"):
-        match_record(LOOP, "a.csv")
     (cycle,) = exact_limit_cycles(LOOP)
     with pytest.raises(st.ParameterError, match="end is of type str; give a cycle of exact_limit_cycles"):
         smallest_pulse(LOOP, cycle, "large", 5.0)

@@ -10,7 +10,7 @@ import re
 import pytest
 
 from stiction.apps.cli import main
-from stiction.apps.paper_text import PARTS
+from stiction.report.pages.paper import PARTS
 
 
 @pytest.fixture(scope="module")

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as some
 
 from stiction.diagnosis.identification import fit_controller
+from stiction.diagnosis.segment import judge_segment
 from stiction.models import FOPDT, PID, Ideal, Kano, Loop
 from stiction.records import LoopRecord, assess_quality
 from stiction.records.quality.moving_average import _has_notches, detect_averaging_window
@@ -109,7 +110,7 @@ def test_averaged_loop_is_found_and_keeps_the_controller_equation(window, loops)
     for raw in loops:
         record = smoothed(raw, window)
         assert not next((check for check in assess_quality(raw).checks if check.name == "moving average"), None)
-        found = fit_controller(record)
+        found = fit_controller(judge_segment(record))
         assert found.unexplained < 1e-6  # the controller's law holds as before
         for period in (None, 60.0, 1000.0):
             check = next(check for check in assess_quality(record, period).checks if check.name == "moving average")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import replace
+from datetime import UTC, datetime
 
 import pytest
 
@@ -125,18 +126,15 @@ def test_one_loop_and_a_table_of_loops_have_the_same_numbers(judged, capsys):
     assert labels.format_probability(judged.probability) in out
 
 
-def test_counts_of_one_are_singular_and_times_have_their_zone(judged):
-    from datetime import UTC, datetime
-
-    start = replace(judged.record, start=datetime(2026, 11, 28, 9, 9, 28, tzinfo=UTC))
-    [origin] = loop_sections(replace(judged, record=start))[ORIGIN]
+def test_counts_of_one_are_singular_and_times_have_their_zone():
+    run = record()
+    started = replace(run, start=datetime(2026, 11, 28, 9, 9, 28, tzinfo=UTC))
+    [origin] = loop_sections(diagnosis(run=replace(started, provenance=replace(run.provenance, rows=1))))[ORIGIN]
     assert isinstance(origin, Definitions)
     values = dict(origin.given)
     assert values["Start"] == ["2026-11-28 09:09:28 UTC"]
+    assert values["Rows"][0].startswith("1 row read")
     assert re.fullmatch(r"\d{4}-\d\d-\d\d \d\d:\d\d(:\d\d)? \S+", values["Written"][0])
-    one = replace(judged.record.provenance, rows=1)
-    [origin] = loop_sections(replace(judged, record=replace(judged.record, provenance=one)))[ORIGIN]
-    assert dict(origin.given)["Rows"][0].startswith("1 row read")
 
 
 def test_both_processes_are_described():

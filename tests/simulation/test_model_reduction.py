@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 
 import pytest
 from tests.reference import physical as reference
 
 import stiction as st
-from stiction.models.parameter_sets import nominal, published_valve, table1_reading_a, table1_reading_b
-from stiction.simulation import phenomena_table
+from stiction.models.parameter_sets import nominal, published_valve, table1_reading_b
 
 
 def test_bands_by_hand():
@@ -84,30 +82,3 @@ def test_a_signal_has_two_samples_at_least(samples, message):
 
 def test_a_whole_number_of_samples_may_be_a_float():
     assert st.reduce_valve(table1_reading_b(), samples=100.0) == st.reduce_valve(table1_reading_b(), samples=100)
-
-
-def test_phenomena_of_section_five():
-    """The paper: the one-parameter model only stairs, the two-parameter one only follows, three show both."""
-    rows = {row.model: row for row in phenomena_table(table1_reading_a())}
-    shown = {name: (row.staircase, row.follow) for name, row in rows.items()}
-    assert shown["Stenman"] == shown["He"] == shown["HeWang"] == (True, False)
-    assert shown["Choudhury"] == shown["Kano"] == (False, True)
-    assert shown["Srinivasan"] == shown["Srinivasan with tables"] == shown["PhysicalValve"] == (True, True)
-    assert {name for name, row in rows.items() if row.slip_varies_with_rate} == {
-        "PhysicalValve",
-        "Srinivasan with tables",
-    }
-    assert {name for name, row in rows.items() if row.slip_varies_with_position} == {"Srinivasan with tables"}
-    assert all(row.reversal_travel > 0.0 for row in rows.values())
-    S, J = 100.0 * 704.0 / 1800.0, 100.0 * 64.0 / 1800.0
-    for name in ("Choudhury", "Kano"):
-        assert rows[name].reversal_travel == pytest.approx(S, abs=0.02)
-    for name in ("He", "Srinivasan"):
-        assert S - 0.02 <= rows[name].reversal_travel <= S + J + 0.02
-    json.dumps([row.to_dict() for row in rows.values()])
-
-
-def test_phenomena_need_a_valve_that_can_stair():
-    valve = table1_reading_a()
-    with pytest.raises(st.ParameterError, match="has no critical rate"):
-        phenomena_table(replace(valve, static=valve.coulomb))

@@ -6,9 +6,9 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from stiction.apps.failure import Failure, program_fault
+from stiction.apps.failure import Failure, try_each
 from stiction.apps.options import option_text
-from stiction.errors import ParameterError, RecordError, StictionError
+from stiction.errors import ParameterError, RecordError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -71,12 +71,12 @@ def advise_file(
     ParameterError
         When the file holds several loops and an option is for one loop only.
     """
-    from stiction import diagnose, read
+    import stiction
     from stiction.apps.output import print_err, print_out, track
     from stiction.records import summarise
 
     try:
-        records = read(file, **options)
+        records = stiction.read(file, **options)
     except RecordError as error:
         return [], [Failure(file, None, error.text(option_text))]
     if single and len(records) > 1:
@@ -85,24 +85,9 @@ def advise_file(
             f"{single[0]} is for one loop, but {file} contains {len(records)} loops ({tags}); choose one with --tag."
         )
     (print_err if as_json else print_out)(summarise(records).summary())
-    diagnoses: list[Diagnosis] = []
-    failures: list[Failure] = []
-    for record in track(records, "Diagnosing"):
-        try:
-            diagnoses.append(diagnose(record))
-        except StictionError as error:
-            failures.append(Failure(file, record.tag, error.text(option_text)))
-        except Exception as error:
-            failures.append(program_fault(file, record.tag, error))
-    advices: list[Advice] = []
-    for found in diagnoses:
-        try:
-            advices.append(_advice(file, found, _run_trial(found, controller, settings)))
-        except StictionError:
-            raise
-        except Exception as error:
-            failures.append(program_fault(file, found.record.tag, error))
-    return advices, failures
+    diagnoses, failures = try_each(track(records, "Diagnosing"), stiction.diagnose)
+    advices, more = try_each(diagnoses, lambda found: _advice(file, found, _run_trial(found, controller, settings)))
+    return advices, [failure._replace(file=file) for failure in (*failures, *more)]
 
 
 def advise_loop(loop: Loop, tag: str, settings: Mapping[str, Any]) -> Advice:
@@ -123,7 +108,7 @@ def _run_trial(
     return replace(trial, tag=tag)
 
 
-def _advice(file: str | None, found: Diagnosis | None, trial: CompensationTrial) -> Advice:
+def _advice(file: str | None, diagnosis: Diagnosis | None, trial: CompensationTrial) -> Advice:
     from stiction import work_order
     from stiction.compensation import recommended_text
 
@@ -133,6 +118,6 @@ def _advice(file: str | None, found: Diagnosis | None, trial: CompensationTrial)
         # A control system cannot use settings for an OP in deviations or in another unit.
         if trial.twin.inputs is None or math.isfinite(low):
             text = recommended_text(trial, (max(low, 0.0), min(high, 100.0)))
-    if found is not None and found.verdict != "no_stiction":
-        order = work_order(found, trial).to_text()
-    return Advice(file, found, trial, text, order)
+    if diagnosis is not None and diagnosis.verdict != "no_stiction":
+        order = work_order(diagnosis, trial).to_text()
+    return Advice(file, diagnosis, trial, text, order)

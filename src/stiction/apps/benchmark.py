@@ -74,7 +74,7 @@ def _diagnose_record(label: Any) -> dict[str, Any]:
         records = read(label.path, dt=label.dt, loop_type=label.loop_type)
         if len(records) != 1:
             raise RecordError(f"contains {len(records)} loops; give a file with one loop.")
-        found = diagnose(replace(records[0], tag=label.loop, integrating=label.integrating))
+        diagnosis = diagnose(replace(records[0], tag=label.loop, integrating=label.integrating))
     except Exception as error:
         reason = str(error)
         if not isinstance(error, StictionError):
@@ -82,9 +82,14 @@ def _diagnose_record(label: Any) -> dict[str, Any]:
             print_err(traceback_text(error))
         unknown = dict.fromkeys(("probability", "oscillation_cause", "stiction"))
         return {**row, **unknown, "verdict": "undecided", "cause": "none", "reason": reason, "error": True}
-    stiction = found.identification.to_dict() if found.identification is not None else None
-    verdict = {"verdict": found.verdict, "probability": found.probability, "cause": found.cause, "reason": found.reason}
-    causes = {"oscillation_cause": found.oscillation_cause.to_dict()}
+    stiction = diagnosis.identification.to_dict() if diagnosis.identification is not None else None
+    verdict = {
+        "verdict": diagnosis.verdict,
+        "probability": diagnosis.probability,
+        "cause": diagnosis.cause,
+        "reason": diagnosis.reason,
+    }
+    causes = {"oscillation_cause": diagnosis.oscillation_cause.to_dict()}
     return {**row, **verdict, **causes, "stiction": stiction, "error": False}
 
 
@@ -109,8 +114,8 @@ def _print_scores(summary: dict[str, Any], results: list[dict[str, Any]], groups
             f"\nProbability of stiction and share of sticky valves; mean difference {summary['calibration_error']:.3f}"
         )
         rows = [
-            [f"{one['from']:.1f} to {one['to']:.1f}", one["n"], format_probability(one["mean"]), f"{one['sticky']:.2f}"]
-            for one in summary["reliability"]
+            [f"{row['from']:.1f} to {row['to']:.1f}", row["n"], format_probability(row["mean"]), f"{row['sticky']:.2f}"]
+            for row in summary["reliability"]
         ]
         print_table(["Probability", "Records", "Mean", "Sticks"], rows)
     wrong = [group for group in groups if group["verdict"] != group["label"]]

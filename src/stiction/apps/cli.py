@@ -118,12 +118,16 @@ def _termination_signals() -> Iterator[None]:
     ours = {}
     if threading.current_thread() is threading.main_thread():
         known = (getattr(signal, name, None) for name in ("SIGTERM", "SIGHUP"))
-        ours = {one: signal.signal(one, end) for one in known if one and signal.getsignal(one) is signal.SIG_DFL}
+        ours = {
+            number: signal.signal(number, end)
+            for number in known
+            if number and signal.getsignal(number) is signal.SIG_DFL
+        }
     try:
         yield
     finally:
-        for one, before in ours.items():
-            signal.signal(one, before)
+        for number, before in ours.items():
+            signal.signal(number, before)
 
 
 def _run(tokens: list[str]) -> int:

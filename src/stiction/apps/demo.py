@@ -60,12 +60,12 @@ def demo(
     diagnoses: list[Diagnosis] = []
     for loop in track(simulated, "Diagnosing"):
         file = write_atomically(historian_csv(loop.record), folder / f"{loop.record.tag}.csv")
-        found = diagnose(read(file)[0])
-        diagnoses.append(replace(found, settings={**found.settings, "truth": loop.story}))
+        diagnosis = diagnose(read(file)[0])
+        diagnoses.append(replace(diagnosis, settings={**diagnosis.settings, "truth": loop.story}))
     write_report(diagnoses, target, title="Demo plant", settings={"data": "simulated by stiction demo"})
-    right = [verdict_is_correct(loop, found) for loop, found in zip(simulated, diagnoses, strict=True)]
+    right = [verdict_is_correct(loop, diagnosis) for loop, diagnosis in zip(simulated, diagnoses, strict=True)]
     if as_json:
-        loops = [_verdict_dict(loop, found) for loop, found in zip(simulated, diagnoses, strict=True)]
+        loops = [_verdict_dict(loop, diagnosis) for loop, diagnosis in zip(simulated, diagnoses, strict=True)]
         print_json({"report": str(target), "records": str(folder), "right": sum(right), "loops": loops})
     else:
         _print_verdicts(simulated, diagnoses)
@@ -103,10 +103,10 @@ EXPECTED = {
 """Fault of a loop -> verdict and main cause of the oscillation; no cause stands for deadband alone."""
 
 
-def verdict_is_correct(loop: "DemoLoop", found: "Diagnosis") -> bool:
+def verdict_is_correct(loop: "DemoLoop", diagnosis: "Diagnosis") -> bool:
     """Return whether verdict and main cause are right."""
     verdict, cause = EXPECTED[loop.cause]
-    return found.verdict == verdict and cause in ("", found.cause)
+    return diagnosis.verdict == verdict and cause in ("", diagnosis.cause)
 
 
 def _print_verdicts(plant: tuple["DemoLoop", ...], diagnoses: list["Diagnosis"]) -> None:
@@ -116,28 +116,28 @@ def _print_verdicts(plant: tuple["DemoLoop", ...], diagnoses: list["Diagnosis"])
     print_out("")
     rows = [
         [
-            "ok" if verdict_is_correct(loop, found) else "WRONG",
+            "ok" if verdict_is_correct(loop, diagnosis) else "WRONG",
             loop.record.tag,
             loop.story,
-            labels.VERDICTS[found.verdict],
-            labels.cause_label(found),
-            labels.format_probability(found.probability),
+            labels.VERDICTS[diagnosis.verdict],
+            labels.cause_label(diagnosis),
+            labels.format_probability(diagnosis.probability),
             f"{loop.S:g}" if loop.cause == "stiction" else "",
-            labels.S_text(found),
+            labels.S_text(diagnosis),
         ]
-        for loop, found in zip(plant, diagnoses, strict=True)
+        for loop, diagnosis in zip(plant, diagnoses, strict=True)
     ]
     columns = ["", "Loop", "Truth", "Verdict", "Cause", "Probability", "S true [%]", "S found [%]"]
     print_table(columns, rows)
 
 
-def _verdict_dict(loop: "DemoLoop", found: "Diagnosis") -> dict[str, Any]:
+def _verdict_dict(loop: "DemoLoop", diagnosis: "Diagnosis") -> dict[str, Any]:
     truth = {"cause": loop.cause, "story": loop.story, "S": loop.S, "J": loop.J}
     return {
         "tag": loop.record.tag,
-        "right": verdict_is_correct(loop, found),
+        "right": verdict_is_correct(loop, diagnosis),
         "truth": truth,
-        "diagnosis": found.to_dict(),
+        "diagnosis": diagnosis.to_dict(),
     }
 
 

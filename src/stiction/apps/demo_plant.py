@@ -37,16 +37,16 @@ def demo_plant_audit(folder: Path, *, as_json: bool, seed: int = 0) -> tuple[int
     if not as_json:
         print_out(f"A simulated plant of {len(plant.loops)} loops, 6 hours at 5 s; its records are in {files[0]}.")
     with AuditBar(quiet=as_json) as bar:
-        found = audit(files[0], folder / "audit", map=files[1], connections=files[2], progress=bar.update)
-    write_exports(found)
-    page = write_audit_page(found)
-    rows = plant_truth(plant, found)
-    groups = _group_truth(plant, found)
+        plant_audit = audit(files[0], folder / "audit", map=files[1], connections=files[2], progress=bar.update)
+    write_exports(plant_audit)
+    page = write_audit_page(plant_audit)
+    rows = plant_truth(plant, plant_audit)
+    groups = _group_truth(plant, plant_audit)
     right = sum(row["right"] for row in rows)
     if as_json:
         print_json({"report": str(page), "records": str(files[0]), "right": right, "loops": rows, "groups": groups})
     else:
-        print_audit(found)
+        print_audit(plant_audit)
         print_out("\nTruth and finding of each loop (healthy loops that were found healthy are left out):")
         shown = [row for row in rows if row["truth"] != "nothing wrong" or not row["right"]]
         columns = ["", "Loop", "Truth", "Found"]
@@ -96,16 +96,16 @@ def write_plant_files(plant: SimulatedPlant, folder: Path) -> tuple[Path, Path, 
     return data, map_file, links
 
 
-def plant_truth(plant: SimulatedPlant, found: Audit) -> list[dict[str, Any]]:
+def plant_truth(plant: SimulatedPlant, plant_audit: Audit) -> list[dict[str, Any]]:
     """Truth and finding of each loop.
 
     A loop is right when a sticky valve is called "stiction" and no other is, the loop state is the true one, a badly
     tuned loop has the cause tuning, and a loop that another one moves has the cause external or is in the group of that
     source.
     """
-    rows, sources = [], {group["number"]: group["leading_roots"] for group in found.groups}
+    rows, sources = [], {group["number"]: group["leading_roots"] for group in plant_audit.groups}
     for loop in plant.loops:
-        row = found.row(loop.record.tag)
+        row = plant_audit.row(loop.record.tag)
         sticky, is_called = loop.cause == "stiction", row.verdict == "stiction"
         right = sticky == is_called and (row.loop_state == loop.state or (loop.state == "in_control" and not sticky))
         if loop.cause == "tight tuning":
@@ -134,11 +134,11 @@ def _found_text(row: LoopRow) -> str:
     return f"{row.text('verdict')}{size}, cause {row.text('oscillation_cause')}{group}"
 
 
-def _group_truth(plant: SimulatedPlant, found: Audit) -> list[dict[str, Any]]:
+def _group_truth(plant: SimulatedPlant, plant_audit: Audit) -> list[dict[str, Any]]:
     """Each true group with the group found that shares most loops with it."""
     rows = []
     for root, tags in plant.groups.items():
-        best = max(found.groups, key=lambda group: len(set(group["members"]) & set(tags)), default=None)
+        best = max(plant_audit.groups, key=lambda group: len(set(group["members"]) & set(tags)), default=None)
         leading = best["leading_roots"] if best else []
         shared = len(set(best["members"]) & set(tags)) if best else 0
         text = f"group of {len(tags)} loops with the source {root}: {shared} of them found, "

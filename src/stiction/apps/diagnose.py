@@ -5,14 +5,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from stiction.apps.failure import Failure, program_fault, traceback_text
-from stiction.apps.options import JsonOption, ReportOption, option_text, reject_misplaced_options
+from stiction.apps.failure import traceback_text, try_each
+from stiction.apps.options import JsonOption, ReportOption, reject_misplaced_options
 from stiction.apps.reading_options import SOURCES, ReadingOptions, read_sources
-from stiction.errors import ParameterError, RecordError, StictionError
+from stiction.errors import ParameterError, RecordError
 
 if TYPE_CHECKING:
     from stiction.diagnosis import Diagnosis
-    from stiction.records import LoopRecord
 
 __all__ = ["diagnose", "diagnose_files"]
 
@@ -101,15 +100,18 @@ def diagnose_files(
     twin: str | None = None,
 ) -> int:
     """Read, diagnose, print and write; return the exit code."""
-    from stiction.apps.output import print_err, print_json, print_out
+    import stiction
+    from stiction.apps.output import print_err, print_json, print_out, track
     from stiction.apps.verdict_output import failed_diagnosis_dict, print_verdicts
+    from stiction.diagnosis.verdict.decision import Costs
     from stiction.records import summarise
 
-    found = read_sources(files, options)
-    records, failures = found.records, found.failures
+    contents = read_sources(files, options)
+    records, failures = contents.records, contents.failures
     if records:
         (print_err if as_json else print_out)(summarise(records).summary())
-    diagnoses, more = _diagnose(records, **judgement)
+    settings = {"prior": judgement["prior"], "costs": Costs(*judgement["costs"])}
+    diagnoses, more = try_each(track(records, "Diagnosing"), lambda record: stiction.diagnose(record, **settings))
     failures += more
     if as_json:
         judged = ({**diagnosis.to_dict(), "error": None} for diagnosis in diagnoses)
@@ -144,25 +146,3 @@ def _export_twin(diagnoses: list["Diagnosis"], path: str) -> str:
     if len(diagnoses) > 1:
         raise ParameterError(f"--export-twin writes one loop, but {len(diagnoses)} were diagnosed; give one of them.")
     return export_fmu(diagnoses[0], path).summary()
-
-
-def _diagnose(
-    records: list["LoopRecord"], prior: float, costs: tuple[float, float, float]
-) -> tuple[list["Diagnosis"], list[Failure]]:
-    from stiction import diagnose as diagnose_record
-    from stiction.apps.output import track
-    from stiction.diagnosis.verdict.decision import Costs
-
-    settings = {"prior": prior, "costs": Costs(*costs)}
-    diagnoses: list[Diagnosis] = []
-    failures: list[Failure] = []
-    for record in track(records, "Diagnosing"):
-        try:
-            diagnoses.append(diagnose_record(record, **settings))
-        except RecordError as error:
-            failures.append(Failure(record.provenance.source, record.tag, error.text(option_text)))
-        except StictionError:
-            raise
-        except Exception as error:
-            failures.append(program_fault(record.provenance.source, record.tag, error))
-    return diagnoses, failures

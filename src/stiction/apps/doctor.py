@@ -65,12 +65,12 @@ def _package(name: str, remedy: str) -> Check:
     from importlib.util import find_spec
 
     try:
-        found = version(name)
+        installed = version(name)
     except PackageNotFoundError:
         return Check(name, False, "not installed", remedy)
     if find_spec(name) is None:
-        return Check(name, False, f"{found}, but cannot be imported", f"pip install --force-reinstall {name}")
-    return Check(name, True, found, "")
+        return Check(name, False, f"{installed}, but cannot be imported", f"pip install --force-reinstall {name}")
+    return Check(name, True, installed, "")
 
 
 def _extras() -> list[Check]:

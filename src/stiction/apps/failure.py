@@ -1,9 +1,20 @@
 """Failures: files and loops that could not be diagnosed, while the work on the others continues."""
 
-from traceback import format_exception
-from typing import NamedTuple
+from __future__ import annotations
 
-__all__ = ["Failure", "program_fault", "traceback_text"]
+from traceback import format_exception
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+
+from stiction.errors import RecordError, StictionError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+
+__all__ = ["Failure", "program_fault", "traceback_text", "try_each"]
+
+Record = TypeVar("Record")
+Result = TypeVar("Result")
 
 
 class Failure(NamedTuple):
@@ -34,6 +45,31 @@ def program_fault(file: str, tag: str | None, error: Exception) -> Failure:
     """
     text = " ".join(f"{type(error).__name__}: {error}".split())
     return Failure(file, tag, f"an error in the program ({text}); please report it.", error)
+
+
+def try_each(records: Iterable[Record], work: Callable[[Record], Result]) -> tuple[list[Result], list[Failure]]:
+    """Do some work on each record, or on each diagnosis of one; what fails is a failure of its loop, the others go on.
+
+    Raises
+    ------
+    StictionError
+        When an option is wrong, not the data.
+    """
+    from stiction.apps.options import option_text
+
+    results: list[Result] = []
+    failures: list[Failure] = []
+    for one in records:
+        record: Any = getattr(one, "record", one)
+        try:
+            results.append(work(one))
+        except RecordError as error:
+            failures.append(Failure(record.provenance.source, record.tag, error.text(option_text)))
+        except StictionError:
+            raise
+        except Exception as error:
+            failures.append(program_fault(record.provenance.source, record.tag, error))
+    return results, failures
 
 
 def traceback_text(error: Exception) -> str:

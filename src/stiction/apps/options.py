@@ -77,7 +77,7 @@ def option_text(setting: Setting) -> str:
     if value is False:
         return f"--no-{option}"
     values = value if isinstance(value, tuple) else (value,)
-    return " ".join([f"--{option}", *(_quote(str(one)) for one in values)])
+    return " ".join([f"--{option}", *(_quote(str(part)) for part in values)])
 
 
 def _quote(text: str) -> str:

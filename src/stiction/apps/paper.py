@@ -3,7 +3,6 @@
 from typing import Any
 
 from stiction.apps.options import JsonOption, ReportOption
-from stiction.apps.paper_text import PARTS, SOURCE, TITLE, part_lines
 
 __all__ = ["paper"]
 
@@ -26,6 +25,7 @@ def paper(*, report: ReportOption = None, figure: int | None = None, as_json: Js
     from stiction.apps.output import print_json, print_out, track
     from stiction.apps.output_files import check_report
     from stiction.errors import ParameterError
+    from stiction.report.pages.paper import PARTS, SOURCE, TITLE, paper_blocks
 
     if figure is not None and f"figure{figure}" not in PARTS:
         raise ParameterError(
@@ -36,9 +36,10 @@ def paper(*, report: ReportOption = None, figure: int | None = None, as_json: Js
     wanted = list(PARTS) if figure is None else [f"figure{figure}"]
     parts: dict[str, Any] = {part: getattr(room, part)() for part in track(wanted, "Computing")}
     if target is not None:
-        from stiction.apps.paper_page import write_paper_page
+        from stiction.report import write_page
 
-        write_paper_page(parts, target)
+        title = TITLE if figure is None else f"{PARTS[wanted[0]]}: {TITLE}"
+        write_page(title, paper_blocks(parts), target, subtitle=SOURCE)
     if as_json:
         from stiction.display.json_form import to_json
 
@@ -47,7 +48,33 @@ def paper(*, report: ReportOption = None, figure: int | None = None, as_json: Js
     print_out(f"{TITLE}\n{SOURCE}\nSimulated; the recorded data of the paper are not available.")
     for part, data in parts.items():
         print_out(f"\n{PARTS[part]}")
-        print_out("\n".join(f"  {line}" for line in part_lines(part, data)))
+        print_out("\n".join(f"  {line}" for line in _part_lines(part, data)))
     if target is not None:
         print_out(f"\nReport: {target}")
     return 0
+
+
+def _part_lines(part: str, data: Any) -> list[str]:
+    """Return the lines that describe a part of the paper."""
+    if part in ("figure3", "figure4"):
+        return [
+            f"{ramp.rate:g} %/s, seen in the paper: {ramp.paper}. "
+            + "; ".join(f"{model}: {seen}" for model, seen in ramp.behaviour.items())
+            for ramp in data
+        ]
+    if part == "figure5":
+        return data.test.summary().splitlines()
+    if part == "figure6":
+        return [cycle.summary() for cycle in data.cycles]
+    if part == "figure7":
+        corrected = [cycle.summary() for cycle in data.corrected]
+        return corrected + [f"as printed, E3 mended: {cycle.summary()}" for cycle in data.printed]
+    if part == "figure8":
+        size, begin, length = data.pulse
+        lines = [f"a pulse of {size:g} % for {length:g} s at {begin:g} s moves the loop from cycle A to cycle C."]
+        if data.smallest is not None:
+            lines.append(f"The smallest pulse of that length that does is {abs(data.smallest[0]):.3g} %.")
+        return lines
+    if part == "errata":
+        return [erratum.summary() for erratum in data]
+    return data.summary().splitlines()

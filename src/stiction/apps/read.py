@@ -51,28 +51,28 @@ def read(
     from stiction.apps.output import print_err, print_json, print_out
     from stiction.records import summarise
 
-    found = read_sources(sources, reading.arguments())
-    if write_map is not None and not any(loops.roles for loops in found.loops) and not found.failures:
+    contents = read_sources(sources, reading.arguments())
+    if write_map is not None and not any(loops.roles for loops in contents.loops) and not contents.failures:
         raise RecordError(
             "the source contains loops that stiction stored, so there are no columns to map; leave --write-map out."
         )
-    roles = [loop for loops in found.loops for loop in loops.roles]
-    if "--write-map" in targets and not found.failures:
+    roles = [loop for loops in contents.loops for loop in loops.roles]
+    if "--write-map" in targets and not contents.failures:
         _keep_edited_map(targets["--write-map"], roles)
-    summary = summarise(found.records)
+    summary = summarise(contents.records)
     if as_json:
-        print_json({**summary.to_dict(), "failures": [_as_object(failure) for failure in found.failures]})
-    elif found.records:
+        print_json({**summary.to_dict(), "failures": [_as_object(failure) for failure in contents.failures]})
+    elif contents.records:
         print_out(summary.summary())
-    if found.failures:
-        for failure in found.failures:
+    if contents.failures:
+        for failure in contents.failures:
             if failure.fault is not None:
                 print_err(traceback_text(failure.fault))
-        raise _failure_error(found.failures)
+        raise _failure_error(contents.failures)
     if "--out" in targets:
         from stiction.records.parquet_writer import to_parquet
 
-        to_parquet(found.records, targets["--out"])
+        to_parquet(contents.records, targets["--out"])
     if "--write-map" in targets:
         from stiction.sources.roles.map_file import write_map as write
 

@@ -54,7 +54,7 @@ def serve(
     from stiction.apps.web.access import Access
     from stiction.apps.web.served_sources import find_sources
 
-    found = find_sources(sources)
+    sources_found = find_sources(sources)
     with _listen(port) as listener:
         access = Access(listener.getsockname()[1])
         print(access.address, flush=True)
@@ -62,7 +62,7 @@ def serve(
             import webbrowser
 
             webbrowser.open(access.address)
-        _run(access, found, listener)
+        _run(access, sources_found, listener)
     return 0
 
 

@@ -120,9 +120,9 @@ def simulate(
     if target is not None or not as_json:
         write_csv(record, target)
     if as_json:
-        found = {"tag": record.tag, "samples": len(record), "dt_s": record.dt, "oscillation": rhythm.to_dict()}
-        found["ran_away"] = bool(away)
-        print_json({**found, "settings": settings, "file": None if target is None else str(target)})
+        summary = {"tag": record.tag, "samples": len(record), "dt_s": record.dt, "oscillation": rhythm.to_dict()}
+        summary["ran_away"] = bool(away)
+        print_json({**summary, "settings": settings, "file": None if target is None else str(target)})
     elif target is not None:
         print_out(f"{len(record)} samples every {record.dt:g} s written to {target}.")
     if away:

@@ -158,28 +158,28 @@ def analyse(
                 })  # fmt: skip
             raise RecordError(reason) from None
 
-    found = result(file)
+    test = result(file)
     earlier = None if before is None else result(before)
-    changes = None if earlier is None else compare_tests(earlier, found)
-    (print_err if as_json else print_out)(summarise(test.record for test in (found, earlier) if test).summary())
+    changes = None if earlier is None else compare_tests(earlier, test)
+    (print_err if as_json else print_out)(summarise(test.record for test in (test, earlier) if test).summary())
     if target is not None:
         from stiction.report import write_page
         from stiction.report.labels import format_duration
         from stiction.report.pages.valve_test import valve_test_blocks
 
-        subtitle = f"{found.kind.capitalize()}, {format_duration(found.record.duration)}"
-        write_page(found.record.tag, valve_test_blocks(found, changes), target, subtitle=subtitle)
+        subtitle = f"{test.kind.capitalize()}, {format_duration(test.record.duration)}"
+        write_page(test.record.tag, valve_test_blocks(test, changes), target, subtitle=subtitle)
     if as_json:
         print_json({
-            **found.to_dict(), "comparison": None if changes is None else changes.to_dict(), "error": None,
+            **test.to_dict(), "comparison": None if changes is None else changes.to_dict(), "error": None,
         })  # fmt: skip
     else:
-        print_out(found.summary())
+        print_out(test.summary())
         if changes is not None:
             print_out(changes.summary())
         if target is not None:
             print_out(f"Report: {target}")
-    return int(found.verdict == "beyond limit")
+    return int(test.verdict == "beyond limit")
 
 
 def _given_options(options: dict[str, Any]) -> dict[str, Any]:

@@ -33,7 +33,9 @@ def print_verdicts(diagnoses: Sequence[Diagnosis], failures: Sequence[Failure], 
     elif len(failures) > 1:
         print_table(["File", "Reason"], left)
     if explain:
-        for name, diagnosis in zip(labels.unique_loop_names([one.record for one in ranked]), ranked, strict=True):
+        for name, diagnosis in zip(
+            labels.unique_loop_names([diagnosis.record for diagnosis in ranked]), ranked, strict=True
+        ):
             print_out(f"\n{name}, in detail")
             print_blocks(loop_blocks(diagnosis)[1:])
 

@@ -45,12 +45,12 @@ def score_groups(rows: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
     groups: dict[str, list[Mapping[str, Any]]] = {}
     for row in rows:
         groups.setdefault(row["group"], []).append(row)
-    found: list[dict[str, Any]] = []
+    scores: list[dict[str, Any]] = []
     for name, members in groups.items():
         votes = Counter(row["verdict"] for row in members)
         verdict, most = votes.most_common(1)[0]
         clear = 2 * most > len(members)
-        found.append(
+        scores.append(
             {
                 "group": name,
                 "label": members[0]["label"],
@@ -58,7 +58,7 @@ def score_groups(rows: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
                 "n": len(members),
             }
         )
-    return found
+    return scores
 
 
 def score_causes(rows: Iterable[Mapping[str, Any]]) -> dict[str, dict[str, int]]:
@@ -69,10 +69,10 @@ def score_causes(rows: Iterable[Mapping[str, Any]]) -> dict[str, dict[str, int]]
     >>> score_causes([{"label": "stiction", "cause": "none"}, {"label": "stiction", "cause": "stiction"}])
     {'stiction': {'none': 1, 'stiction': 1}}
     """
-    found: dict[str, Counter[str]] = {}
+    scores: dict[str, Counter[str]] = {}
     for row in rows:
-        found.setdefault(row.get("true_cause") or row["label"], Counter())[row["cause"]] += 1
-    return {label: dict(counts) for label, counts in found.items()}
+        scores.setdefault(row.get("true_cause") or row["label"], Counter())[row["cause"]] += 1
+    return {label: dict(counts) for label, counts in scores.items()}
 
 
 def reliability(rows: Iterable[Mapping[str, Any]]) -> list[dict[str, float]]:

@@ -12,6 +12,7 @@ from stiction.compensation.remedies import NO_ACTION, REPAIR, Remedy, remedies_f
 from stiction.compensation.repair import stiction_of
 from stiction.compensation.result import CompensationTrial, LoopPerformance, RemedyTrial
 from stiction.compensation.retune import retune
+from stiction.compensation.retune_step import retune_step
 from stiction.compensation.run_trials import Job, plan_programme, run_jobs, run_programme
 from stiction.compensation.twin import build_twin, twin_of_loop
 from stiction.diagnosis import Diagnosis
@@ -131,7 +132,8 @@ def _run_trial(
     progress: Callable[[int, int], Any] | None,
 ) -> CompensationTrial:  # fmt: skip
     plan = plan_programme(twin, S, duration)
-    retuning = retune(twin.loop, twin.measured.period)
+    find_setting = retune if twin.inputs is None else retune_step
+    retuning = find_setting(twin.loop, twin.measured.period)
     fixed, variants = remedies_for(S, J, 2.0 * twin.simulated.amplitude_pv / S, twin.dt, twin.loop, retuning)
     few, some = min(MAX_COMPARISON_SEEDS, seeds), max(seeds // len(S_J_ERROR_FACTORS), 1)
     picks = [(remedy, Job(remedy, 1.0, 1.0, few)) for options in variants.values() for remedy in options]

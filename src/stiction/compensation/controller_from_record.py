@@ -18,6 +18,7 @@ import numpy as np
 from stiction.diagnosis.identification.controller_forms import energy_of, moves
 from stiction.errors import RecordError
 from stiction.models import PID
+from stiction.models.processes.first_order_lag import first_order_lag
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -89,8 +90,6 @@ def _op_limits(op: NDArray[np.float64]) -> tuple[float, float]:
 
 def _fit_filtered_derivative(segment: JudgedSegment, options: dict) -> tuple[PID | None, float, float]:
     """Return the best controller with a derivative, and the explained shares with and without a filter."""
-    from scipy.signal import lfilter
-
     record, op, pv = segment.part, segment.op, segment.pv
     sp = np.full_like(pv, pv.mean()) if record.sp is None else record.sp
     valid = ~segment.signals.missing
@@ -105,7 +104,7 @@ def _fit_filtered_derivative(segment: JudgedSegment, options: dict) -> tuple[PID
         (True, False)[: 1 + moving], (True, False)[: 1 + moving], DERIVATIVE_LAGS
     ):
         keep = lag / (lag + 1.0)
-        d = np.asarray(lfilter([1.0 - keep], [1.0, -keep], data.columns[2 if acts_on_error else 4]))
+        d = first_order_lag(data.columns[2 if acts_on_error else 4], keep)
         x = np.column_stack([data.columns[0 if on_error else 3], data.columns[1], d - d.mean()])
         weights = np.linalg.lstsq(x, data.y, rcond=None)[0]
         Kc, Ki, Kd = (float(w) for w in weights)

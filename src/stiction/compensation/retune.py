@@ -36,7 +36,15 @@ if TYPE_CHECKING:
 
     from stiction.models import Loop, Valve
 
-__all__ = ["Retuning", "TradeOff", "describing_function_margin", "maximum_sensitivity", "retune"]
+__all__ = [
+    "Retuning",
+    "TradeOff",
+    "describing_function_margin",
+    "load_response",
+    "maximum_sensitivity",
+    "retune",
+    "without_limits",
+]
 
 KC_FACTORS = (0.1, 0.15, 0.25, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0)
 """Factors on Kc that are tried [-]."""
@@ -135,13 +143,13 @@ def retune(loop: Loop, period: float, *, load_limit: float = 2.0, Ms_limit: floa
     load_limit, Ms_limit = require_positive("load_limit", load_limit), require_positive("Ms_limit", Ms_limit)
     quiet = replace_parts(loop, noise=0.0, compensator=None)
     now = loop.controller
-    base_iae, base_Ms = _load_iae(quiet, now, period), maximum_sensitivity(quiet, now)
+    base_iae, base_Ms = load_response(quiet, now, period), maximum_sensitivity(quiet, now)
     pv_now, _ = _simulate_cycle(quiet, now, period)
     curve = []
     for gain, time in product(KC_FACTORS, TI_FACTORS):
         pid = replace(now, Kc=now.Kc * gain, Ti=now.Ti * time)
         Ms = maximum_sensitivity(quiet, pid)
-        iae = _load_iae(quiet, pid, period) / base_iae if Ms < 10.0 else float("inf")
+        iae = load_response(quiet, pid, period) / base_iae if Ms < 10.0 else float("inf")
         allowed = bool(Ms <= max(Ms_limit, base_Ms) and iae <= load_limit)
         if not allowed and Ms > 3.0 * Ms_limit:
             continue
@@ -232,9 +240,10 @@ def _open_loop(loop: Loop, pid: PID) -> tuple[NDArray[np.float64], NDArray[np.co
     return omega, np.polyval(num, s) / np.polyval(den, s) * loop.process.at(s) * np.exp(-0.5 * s * loop.dt)
 
 
-def _load_iae(loop: Loop, pid: PID, period: float) -> float:
+def load_response(loop: Loop, pid: PID, period: float) -> float:
+    """Return the mean absolute PV over ten periods after a load step of 1 %, with a good valve [PV units]."""
     n = max(round(10.0 * period / loop.dt), 200)
-    run = simulate(replace_parts(loop, controller=_without_limits(pid), valve=Ideal()), 0.0, n * loop.dt, np.ones(n))
+    run = simulate(replace_parts(loop, controller=without_limits(pid), valve=Ideal()), 0.0, n * loop.dt, np.ones(n))
     assert run.pv is not None
     return float(np.abs(run.pv).mean())
 
@@ -245,7 +254,7 @@ def _simulate_cycle(loop: Loop, pid: PID, period: float) -> tuple[float, float]:
     Both are means over constant loads, because the load decides whether the stem can come to rest.
     """
     n = max(round(2.0 * MEASURED_PERIODS * period / loop.dt), 400)
-    S, late, tuned = _valve_band(loop.valve), slice(n // 2, n), replace_parts(loop, controller=_without_limits(pid))
+    S, late, tuned = _valve_band(loop.valve), slice(n // 2, n), replace_parts(loop, controller=without_limits(pid))
     rows = []
     for share in LOADS_OVER_S:
         load = np.full(n, share * S)
@@ -258,7 +267,8 @@ def _simulate_cycle(loop: Loop, pid: PID, period: float) -> tuple[float, float]:
     return float(pv_std), float(travel) * 3600.0 / ((n - n // 2) * loop.dt)
 
 
-def _without_limits(pid: PID) -> PID:
+def without_limits(pid: PID) -> PID:
+    """Return the controller without limits of OP, for runs about zero."""
     return replace(pid, op_limits=(-np.inf, np.inf))
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from stiction.diagnosis.detection import detect_all
@@ -17,9 +16,9 @@ from stiction.diagnosis.verdict.model import stiction_model
 from stiction.diagnosis.verdict.readings import compare_readings
 from stiction.errors import require_probability
 from stiction.records.quality.movement import spike_share
-from stiction.records.record import require_record
 
 if TYPE_CHECKING:
+    from stiction.diagnosis.segment import JudgedSegment
     from stiction.records.record import LoopRecord
 
 __all__ = ["diagnose"]
@@ -64,12 +63,13 @@ def diagnose(record: LoopRecord, *, prior: float = 0.25, costs: Costs | None = N
     >>> st.diagnose(st.simulate(loop, sp=10.0, duration=2000.0, loop_type="flow")).verdict
     'stiction'
     """
-    require_record(record)
     require_probability("prior", prior)
-    if record.other_readings:
-        readings = (replace(record, other_readings=()), *record.other_readings)
-        return compare_readings([diagnose(one, prior=prior, costs=costs, methods=methods) for one in readings])
-    segment, costs = judge_segment(record), costs or Costs()
+    segments = [judge_segment(record), *map(judge_segment, record.other_readings)]
+    return compare_readings([_diagnose(segment, prior, costs or Costs(), methods) for segment in segments])
+
+
+def _diagnose(segment: JudgedSegment, prior: float, costs: Costs, methods: bool) -> Diagnosis:
+    """The stages from the judged segment to the verdict."""
     if not segment.loop_state.in_control:
         return Diagnosis(segment, "undecided", prior, prior=prior, costs=costs)
     fitted = fit_segment(segment)

@@ -24,6 +24,8 @@ __all__ = ["JudgedSegment", "judge_segment", "require_in_control"]
 
 EXCLUDED_STATES = ("manual", "not_in_command", "shut_in", "valve_not_responding", "pv_frozen", "bad_data")
 """States whose stretches are left out; at a limit OP is still what the valve was sent."""
+STILL = "OP or PV does not vary enough to identify a valve; record while both move."
+"""Why a record that passes the data checks may still not be judged."""
 MIN_SAMPLES_PER_PERIOD = 4.0
 """Samples in the shortest period that can be given [-]."""
 
@@ -118,7 +120,16 @@ def judge_segment(record: LoopRecord, *, period: float | None = None) -> JudgedS
     require_record(record)
     if record.pv is None:
         raise RecordError(f"{record.tag} has no PV; a diagnosis needs OP and PV. {missing_pv_hint(record)}")
-    _check_period(record, period)
+    if period is not None and not period > 0.0:
+        raise ParameterError(
+            f"period = {period:g} s is not positive; give the period of the oscillation, leave it out to estimate "
+            "it, or give inf if nothing oscillates."
+        )
+    if period is not None and period < MIN_SAMPLES_PER_PERIOD * record.dt:
+        raise ParameterError(
+            f"period = {period:g} s is shorter than {MIN_SAMPLES_PER_PERIOD:g} samples of {record.dt:g} s; give the "
+            "period of the oscillation, leave it out to estimate it, or record faster."
+        )
     signals = condition(record)
     given, state = signals.record, assess_loop_state(signals)
     if state.in_control:
@@ -128,7 +139,8 @@ def judge_segment(record: LoopRecord, *, period: float | None = None) -> JudgedS
         oscillation = replace(oscillation, period=period, oscillating=bool(np.isfinite(period)))
     quality = assess_quality(signals, oscillation.period if oscillation.oscillating else None)
     if state.in_control and not (quality.usable and signals.moves):
-        state = _bad_data(state, quality)
+        rejects = tuple(check.why for check in quality.rejections)
+        state = replace(state, state="bad_data", share=1.0, rejects=rejects or (STILL,))
     return JudgedSegment(given, signals, state, oscillation, quality)
 
 
@@ -143,25 +155,3 @@ def require_in_control(segment: JudgedSegment) -> JudgedSegment:
         f"{record.tag}: no valve can be identified, because the loop state is {state.state}. {why} "
         f"{describe_action(state)}"
     )
-
-
-def _check_period(record: LoopRecord, period: float | None) -> None:
-    if period is None:
-        return
-    if not period > 0.0:
-        raise ParameterError(
-            f"period = {period:g} s is not positive; give the period of the oscillation, leave it out to estimate "
-            "it, or give inf if nothing oscillates."
-        )
-    if period < MIN_SAMPLES_PER_PERIOD * record.dt:
-        raise ParameterError(
-            f"period = {period:g} s is shorter than {MIN_SAMPLES_PER_PERIOD:g} samples of {record.dt:g} s; give the "
-            "period of the oscillation, leave it out to estimate it, or record faster."
-        )
-
-
-def _bad_data(state: LoopState, quality: Quality) -> LoopState:
-    """The state of a record that the data checks reject."""
-    rejects = tuple(check.why for check in quality.rejections)
-    why = rejects or ("OP or PV does not vary enough to identify a valve; record while both move.",)
-    return replace(state, state="bad_data", share=1.0, rejects=why)

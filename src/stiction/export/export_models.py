@@ -35,7 +35,16 @@ MODELICA_RESERVED, HEADERS = frozenset(_MODELICA.split()), frozenset(_OWN.split(
 
 @dataclass(frozen=True)
 class ExportedModel(Result):
-    """What an export has written."""
+    """What an export has written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import stiction as st
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     st.export_c(st.Kano(5.0, 2.0), folder, dt=1.0).parameters
+    ('S', 'J', 'position_offset')
+    """
 
     _json_keys = ("files", "name", "dt as dt_s", "parameters", "note")
 
@@ -93,8 +102,9 @@ def export_fmu(
     Examples
     --------
     >>> import stiction as st
-    >>> folder = getfixture("tmp_path")
-    >>> st.export_fmu(st.Kano(5.0, 2.0), folder / "kano.fmu", dt=1.0).parameters
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     st.export_fmu(st.Kano(5.0, 2.0), f"{folder}/kano.fmu", dt=1.0).parameters
     ('S', 'J', 'position_offset')
     """
     from stiction.export.fmu import fmu_bytes
@@ -142,7 +152,9 @@ def export_c(
     Examples
     --------
     >>> import stiction as st
-    >>> [file.name for file in st.export_c(st.Stenman(2.0), getfixture("tmp_path"), dt=1.0).files]
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     [file.name for file in st.export_c(st.Stenman(2.0), folder, dt=1.0).files]
     ['stenman.h', 'stenman.c']
     """
     block = _block(model, name, dt)
@@ -185,7 +197,9 @@ def export_modelica(
     Examples
     --------
     >>> import stiction as st
-    >>> st.export_modelica(st.He(2.0, 1.0), getfixture("tmp_path") / "Valve.mo", dt=1.0).name
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     st.export_modelica(st.He(2.0, 1.0), f"{folder}/Valve.mo", dt=1.0).name
     'Valve'
     """
     from stiction.export.modelica import modelica_text
@@ -227,7 +241,9 @@ def export_matlab(
     Examples
     --------
     >>> import stiction as st
-    >>> st.export_matlab(st.Knocker(1.5, 2.0, 5.0), getfixture("tmp_path") / "knocker.m", dt=1.0).parameters
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     st.export_matlab(st.Knocker(1.5, 2.0, 5.0), f"{folder}/knocker.m", dt=1.0).parameters
     ('amplitude', 'width', 'interval')
     """
     from stiction.export.matlab import matlab_text

@@ -3,11 +3,9 @@
 from stiction.limitcycle.basins import Attractor, BasinMap, basin_map, smallest_pulse
 from stiction.limitcycle.continuation import Bifurcation, Branch, bifurcation
 from stiction.limitcycle.describing import Deadband, Quantiser, Relay, Saturation, describing_function
-from stiction.limitcycle.describing.interop import as_control_nonlinearity
 from stiction.limitcycle.exact.search import exact_limit_cycles
 from stiction.limitcycle.harmonic_balance_search import harmonic_balance
 from stiction.limitcycle.predict import predict_limit_cycles
-from stiction.limitcycle.record_match import CycleMatch, match_record
 from stiction.limitcycle.result import LimitCycle
 from stiction.limitcycle.sampled_cycles import sampled_limit_cycles
 
@@ -16,19 +14,16 @@ __all__ = [
     "BasinMap",
     "Bifurcation",
     "Branch",
-    "CycleMatch",
     "Deadband",
     "LimitCycle",
     "Quantiser",
     "Relay",
     "Saturation",
-    "as_control_nonlinearity",
     "basin_map",
     "bifurcation",
     "describing_function",
     "exact_limit_cycles",
     "harmonic_balance",
-    "match_record",
     "predict_limit_cycles",
     "sampled_limit_cycles",
     "smallest_pulse",

@@ -51,9 +51,12 @@ __all__ = [
     "data_driven_parameters",
     "data_driven_step",
     "is_data_driven",
+    "kano_at_rest",
+    "kano_step",
     "physical_parameters",
     "physical_step",
     "stem_position",
+    "stenman_step",
     "valve_at_rest",
     "valve_step",
 ]

@@ -2,8 +2,8 @@
 
 `table1_reading_a` and `table1_reading_b` are Table I of the paper, which prints pounds and slopes without a unit. Two
 readings of the units give its Fig. 2 (erratum E7). The other sets are the valve of Garcia's comparison, nominal and as
-fitted to records with graphite packing, as public code of that group gives them. The numbers of its Teflon fits are not
-published.
+fitted to records with graphite packing, as public code of that group gives them; the numbers of its Teflon fits are not
+published. Each function takes parameters of `PhysicalValve` to change.
 """
 
 from __future__ import annotations
@@ -28,37 +28,17 @@ __all__ = [
 ]
 
 _TABLE1 = {
-    "spring_rate": "300 lbf/in",
-    "viscous": "3.5 lbf*s/in",
-    "coulomb": "320 lbf",
-    "static": "384 lbf",
-    "stribeck_velocity": "0.01 in/s",
-    "area": "100 in**2",
-    "stroke": "6 in",
-    "pressure_range": ("0 psi", "18 psi"),
+    "spring_rate": "300 lbf/in", "viscous": "3.5 lbf*s/in", "coulomb": "320 lbf", "static": "384 lbf",
+    "stribeck_velocity": "0.01 in/s", "area": "100 in**2", "stroke": "6 in", "pressure_range": ("0 psi", "18 psi"),
     "velocity_tolerance": "1e-3 in/s",
-}
-_BODY = {
-    "mass": 1.6,
-    "area": 0.0445,
-    "stroke": 0.029,
-    "pressure_range": (41368.0, 180000.0),
-    "lag": 3.571,
-}
+}  # fmt: skip
+_BODY = {"mass": 1.6, "area": 0.0445, "stroke": 0.029, "pressure_range": (41368.0, 180000.0), "lag": 3.571}
 
 
 def table1_reading_a(**changes: Any) -> PhysicalValve:
     """Table I as a consistent set of inch, second and pound force: mass 3 lbf s2/in, slopes of Fig. 2 in psi/s.
 
-    Parameters
-    ----------
-    **changes
-        Parameters of `PhysicalValve` to change.
-
-    Returns
-    -------
-    PhysicalValve
-        The valve; 0 to 100 % OP are 0 to 18 psi, the stroke is 6 in.
+    0 to 100 % OP are 0 to 18 psi, the stroke is 6 in.
 
     References
     ----------
@@ -70,15 +50,7 @@ def table1_reading_a(**changes: Any) -> PhysicalValve:
 def table1_reading_b(**changes: Any) -> PhysicalValve:
     """Table I with a mass of 3 pounds mass, slopes of Fig. 2 in psi/min: the physically consistent reading.
 
-    Parameters
-    ----------
-    **changes
-        Parameters of `PhysicalValve` to change.
-
-    Returns
-    -------
-    PhysicalValve
-        The valve; 0 to 100 % OP are 0 to 18 psi, the stroke is 6 in.
+    0 to 100 % OP are 0 to 18 psi, the stroke is 6 in.
 
     References
     ----------
@@ -89,16 +61,6 @@ def table1_reading_b(**changes: Any) -> PhysicalValve:
 
 def nominal(**changes: Any) -> PhysicalValve:
     """Nominal valve of Garcia's comparison, with Karnopp friction and the lag of its I/P converter.
-
-    Parameters
-    ----------
-    **changes
-        Parameters of `PhysicalValve` to change.
-
-    Returns
-    -------
-    PhysicalValve
-        The valve.
 
     References
     ----------
@@ -111,16 +73,6 @@ def nominal(**changes: Any) -> PhysicalValve:
 def nominal_lugre(**changes: Any) -> PhysicalValve:
     """Nominal valve with LuGre friction.
 
-    Parameters
-    ----------
-    **changes
-        Parameters of `PhysicalValve` to change.
-
-    Returns
-    -------
-    PhysicalValve
-        The valve.
-
     References
     ----------
     After garcia2008; the numbers are those of public code of the same group.
@@ -132,16 +84,6 @@ def nominal_lugre(**changes: Any) -> PhysicalValve:
 def graphite_karnopp(**changes: Any) -> PhysicalValve:
     """Valve of `nominal` with graphite packing, Karnopp friction fitted to its record.
 
-    Parameters
-    ----------
-    **changes
-        Parameters of `PhysicalValve` to change.
-
-    Returns
-    -------
-    PhysicalValve
-        The valve.
-
     References
     ----------
     After garcia2008; the numbers are those of public code of the same group.
@@ -152,16 +94,6 @@ def graphite_karnopp(**changes: Any) -> PhysicalValve:
 
 def graphite_lugre(**changes: Any) -> PhysicalValve:
     """Valve of `nominal` with graphite packing, LuGre friction fitted to its record.
-
-    Parameters
-    ----------
-    **changes
-        Parameters of `PhysicalValve` to change.
-
-    Returns
-    -------
-    PhysicalValve
-        The valve.
 
     References
     ----------

@@ -104,9 +104,9 @@ def assess_quality(record: LoopRecord | Conditioned, period: float | None = None
     >>> assess_quality(record, period=38.3).usable, assess_quality(record, period=200.0).rejections[0].name
     (True, 'cycles')
     """
+    conditioned = record if isinstance(record, Conditioned) else condition(record)
     if period is not None:
         period = require_positive("period", period, "s")
-    conditioned = record if isinstance(record, Conditioned) else condition(record)
     record, data = conditioned.record, CheckInput(conditioned, period)
     checks = tuple(check for check in (*_check_loop(data), *_check_storage(data)) if check is not None)
     usable = not any(check.severity == "reject" for check in checks)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.display.duration_format import format_seconds
+from stiction.display.duration_format import format_seconds, format_time
 from stiction.display.json_form import Result
 from stiction.display.number_format import count_noun
 from stiction.records.gaps import missing_mask
@@ -76,10 +76,11 @@ class LoopSummary:
             f" ({count_noun(self.gaps, 'gap')}, the longest {format_seconds(self.longest_gap_s)})" if self.gaps else ""
         )
         auto = "" if self.auto_percent is None else f", {self.auto_percent:.3g} % in automatic"
-        span = f" from {self.start} to {self.end}" if self.start else ""
+        span = f" from {format_time(self.start)} to {format_time(self.end)}" if self.start else ""
         unit = f"; PV in {self.pv_unit}" if self.pv_unit else ""
         lines = [
-            f"{self.tag} ({self.loop_type}) from {self.source}: {self.rows} rows, {self.samples} samples every "
+            f"{self.tag} ({self.loop_type}) from {self.source}: {count_noun(self.rows, 'row')}, "
+            f"{count_noun(self.samples, 'sample')} every "
             f"{self.dt:.6g} s{span}, {self.bad_percent:.3g} % without OP or PV{gaps}{auto}; {columns}{unit}"
         ]
         if self.bad_values:

@@ -114,9 +114,9 @@ def method_label(name: str) -> str:
     return _METHODS.get(name, name[:1].upper() + name[1:].replace("_", " "))
 
 
-def pv_unit(found: Diagnosis | None) -> str:
+def pv_unit(diagnosis: Diagnosis | None) -> str:
     """Return the unit of the PV as its source names it, for the title of an axis."""
-    return (escape(found.record.provenance.pv_unit) if found is not None else "") or "engineering units"
+    return (escape(diagnosis.record.provenance.pv_unit) if diagnosis is not None else "") or "engineering units"
 
 
 def citation(key: str) -> str:
@@ -127,43 +127,43 @@ def citation(key: str) -> str:
     >>> citation("horch1999"), citation("")
     ('Horch 1999', '')
     """
-    found = re.fullmatch(r"([a-z]+)(\d{4}[a-z]?)", key)
-    return f"{found[1].capitalize()} {found[2]}" if found else key
+    parts = re.fullmatch(r"([a-z]+)(\d{4}[a-z]?)", key)
+    return f"{parts[1].capitalize()} {parts[2]}" if parts else key
 
 
-def has_unknown_J(found: Identification) -> bool:
+def has_unknown_J(identification: Identification) -> bool:
     """Whether the record shows neither the size of the slip jump nor that there is one."""
-    return found.J_undetermined and found.J_low <= MAX_PLAY_RATIO * found.S
+    return identification.J_undetermined and identification.J_low <= MAX_PLAY_RATIO * identification.S
 
 
-def stiction_size(found: Identification, record: LoopRecord) -> str:
+def stiction_size(identification: Identification, record: LoopRecord) -> str:
     """Return S and J with their intervals, in the unit of the record's OP; an unknown J by its interval alone."""
-    S, S_low, S_high = format_interval(found.S, found.S_low, found.S_high)
-    J, J_low, J_high = format_interval(found.J, found.J_low, found.J_high)
+    S, S_low, S_high = format_interval(identification.S, identification.S_low, identification.S_high)
+    J, J_low, J_high = format_interval(identification.J, identification.J_low, identification.J_high)
     unit = record.op_unit_short
     jump = f"=\u00a0{J}\u00a0{unit} ({J_low} to {J_high})"
-    if has_unknown_J(found):
+    if has_unknown_J(identification):
         jump = f"unknown ({J_low} to {J_high}\u00a0{unit})"
     return f"S\u00a0=\u00a0{S}\u00a0{record.op_unit} (95\u00a0%: {S_low} to {S_high}), J\u00a0{jump}"
 
 
 def S_text(diagnosis: Diagnosis) -> str:
     """Return S with its interval, and its unit if that is not % of span; empty without an S or with a good valve."""
-    found = diagnosis.identification
-    if found is None or diagnosis.verdict == "no_stiction":
+    identification = diagnosis.identification
+    if identification is None or diagnosis.verdict == "no_stiction":
         return ""
-    S, low, high = format_interval(found.S, found.S_low, found.S_high)
+    S, low, high = format_interval(identification.S, identification.S_low, identification.S_high)
     unit = "" if diagnosis.record.op_in_percent else f"\u00a0{diagnosis.record.op_unit_short}"
     return f"{S} ({low}\u00a0to\u00a0{high}){unit}"
 
 
 def headline(diagnosis: Diagnosis) -> str:
     """Return the verdict in one line; the state of the loop comes first where it is not in control."""
-    found, line, cause = diagnosis.identification, VERDICT_LINES[diagnosis.verdict], cause_label(diagnosis)
+    identification, line, cause = diagnosis.identification, VERDICT_LINES[diagnosis.verdict], cause_label(diagnosis)
     if not diagnosis.loop_state.in_control:
         return f"{HEADLINES[diagnosis.loop_state.state]}: cannot tell whether the valve sticks"
     if diagnosis.verdict == "stiction":
-        return line if found is None else f"{line}: {stiction_size(found, diagnosis.record)}"
+        return line if identification is None else f"{line}: {stiction_size(identification, diagnosis.record)}"
     return line if cause in ("none", CAUSES["valve"]) else f"{line}; likely {cause_title(diagnosis)}: {cause}"
 
 

@@ -61,11 +61,11 @@ def last_periods(view: LoopView) -> PlottedPeriods:
     dt, period = view.diagnosis.record.dt, view.diagnosis.oscillation.period
     n = PERIODS * period / dt if np.isfinite(period) else MAX_POINTS
     n = int(min(max(n, MIN_SAMPLES), MAX_POINTS))
-    found, longest_rest = view.diagnosis.identification, n - n // PERIODS
+    identification, longest_rest = view.diagnosis.identification, n - n // PERIODS
     slips: list[slice] = []
-    if found is not None and view.valve_is_accepted:
+    if identification is not None and view.valve_is_accepted:
         op = view.diagnosis.record.op[first:last]
-        slips = rests_before_slips(view.valve_position[first:last], op, found.S, longest_rest)
+        slips = rests_before_slips(view.valve_position[first:last], op, identification.S, longest_rest)
     latest = first + slips[-1].stop if slips else last
     # A slip in the first of the last periods would be plotted without the rest before it.
     is_earlier = latest <= last - longest_rest

@@ -79,16 +79,16 @@ class LoopView:
     @cached_property
     def valve_position(self) -> NDArray[np.float64]:
         """Estimated valve position, shape (n_samples,) [% of span]; NaN without one."""
-        found = self.diagnosis.identification
-        return self.on_record_samples(found.mv if found is not None else np.empty(0))
+        identification = self.diagnosis.identification
+        return self.on_record_samples(identification.mv if identification is not None else np.empty(0))
 
     @cached_property
     def model(self) -> NDArray[np.float64]:
         """Simulated PV, shape (n_samples,): with the sticky valve, or the good one when the verdict is no stiction."""
-        found = self.diagnosis.identification
-        if found is None:
+        identification = self.diagnosis.identification
+        if identification is None:
             return self.on_record_samples(np.empty(0))
-        return self.on_record_samples(found.pv if self.valve_is_accepted else found.pv_linear)
+        return self.on_record_samples(identification.pv if self.valve_is_accepted else identification.pv_linear)
 
     @property
     def model_name(self) -> str:
@@ -98,8 +98,10 @@ class LoopView:
     @property
     def segments(self) -> tuple[tuple[int, int, Segment], ...]:
         """First and one past the last sample in the record of each part that was judged by itself, and the part."""
-        found, first = self.diagnosis.identification, self.analysed[0]
-        return tuple((first + one.first, first + one.last, one) for one in (found.segments if found else ()))
+        identification, first = self.diagnosis.identification, self.analysed[0]
+        return tuple(
+            (first + one.first, first + one.last, one) for one in (identification.segments if identification else ())
+        )
 
     @property
     def sticky_segments(self) -> tuple[tuple[int, int, Segment], ...]:

@@ -6,7 +6,8 @@ from functools import cache
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
-from stiction.display.number_format import format_number
+from stiction.display.duration_format import format_duration, format_time
+from stiction.display.number_format import count_noun, format_number, format_probability
 from stiction.report.blocks import Cell, TrustedHtml
 from stiction.report.plot_json import to_json
 
@@ -42,6 +43,8 @@ def environment() -> jinja2.Environment:
         return Markup(templates.get_template(f"{name}.html").render(block=block))
 
     templates.filters.update(show=show, cell=_cell, format_cell=format_cell, numeric=_numeric, room=_room)
+    templates.filters.update(time=format_time, count=count_noun)
+    templates.filters.update(probability=format_probability, duration=format_duration)
     templates.filters["payload"] = lambda plot: Markup(to_json(plot))
     templates.filters["markup"] = lambda block: Markup(block.markup)
     templates.tests["html"] = lambda value: isinstance(value, TrustedHtml)

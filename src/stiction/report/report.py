@@ -72,7 +72,7 @@ def write_report(
     if len(diagnoses) == 1 and not failures:
         return _one(diagnoses[0], path, title, settings)
     ranked = sort_worst_first(diagnoses)
-    names = labels.unique_loop_names([one.record for one in ranked])
+    names = labels.unique_loop_names([diagnosis.record for diagnosis in ranked])
     blocks: list[Block] = [overview(ranked, failures), Heading("Loops", anchor="loops")]
     blocks += [
         Collapsible(

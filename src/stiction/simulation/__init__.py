@@ -1,17 +1,14 @@
 """Simulation of a valve alone, of a control loop and of a plant."""
 
 from stiction.simulation.closed_loop import simulate
-from stiction.simulation.critical_rates import behaviour_map, critical_rate, ramp_behaviour
+from stiction.simulation.critical_rates import critical_rate, ramp_behaviour
 from stiction.simulation.input_signals import binary_sequence, ramp, random_walk, sine, staircase, triangle
 from stiction.simulation.model_reduction import reduce_valve
-from stiction.simulation.phenomena import phenomena_table
 from stiction.simulation.stroke import stroke
 
 __all__ = [
-    "behaviour_map",
     "binary_sequence",
     "critical_rate",
-    "phenomena_table",
     "ramp",
     "ramp_behaviour",
     "random_walk",

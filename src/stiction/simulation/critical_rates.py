@@ -9,18 +9,16 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from stiction.display.json_form import Result
-from stiction.errors import MAX_SAMPLES, ParameterError, require_not_negative, require_positive
+from stiction.errors import MAX_SAMPLES, ParameterError, require_positive
 from stiction.models.valves.physical import PhysicalValve
 from stiction.simulation.stroke import stroke
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import NDArray
 
 __all__ = [
-    "BehaviourMap",
     "CriticalRate",
     "RampBehaviour",
-    "behaviour_map",
     "critical_rate",
     "inertial_rate",
     "ramp_behaviour",
@@ -73,30 +71,6 @@ class CriticalRate(Result):
             return "No ramp gives stairs: static friction is not above Coulomb friction, or damping is high."
         why = {"inertial": "the stem's inertia", "stribeck": "the falling part of Stribeck's curve"}[self.mechanism]
         return f"Ramps below {self.rate:.3g} % of span / s give stairs, faster ones follow. The cause is {why}."
-
-
-@dataclass(frozen=True, slots=True)
-class BehaviourMap(Result):
-    """Behaviour on a ramp over its rate and the damping of the stem."""
-
-    rates: NDArray[np.float64]
-    """Rates of the ramp [% of span / s], shape (n_rates,)."""
-    damping: NDArray[np.float64]
-    """Damping ratios of the stem [-], shape (n_damping,)."""
-    staircase: NDArray[np.bool_]
-    """True where the stem moves in stairs, shape (n_damping, n_rates)."""
-    slip: NDArray[np.float64]
-    """Median slip of the stairs [% of travel], NaN where there are none, shape (n_damping, n_rates)."""
-    stuck: NDArray[np.float64]
-    """Share of the time at rest after the first start [-], shape (n_damping, n_rates)."""
-    inertial: NDArray[np.float64]
-    """Closed form of the inertial boundary [% of span / s], shape (n_damping,)."""
-    stribeck: NDArray[np.float64]
-    """Closed form of the Stribeck boundary [% of span / s], shape (n_damping,)."""
-
-    def summary(self) -> str:
-        """Summary in a sentence."""
-        return f"{int(self.staircase.sum())} of {self.staircase.size} ramps give stairs."
 
 
 def stribeck_rates(valve: PhysicalValve) -> tuple[float, float]:
@@ -335,48 +309,3 @@ def _bisect(valve: PhysicalValve, guess: float, tolerance: float) -> float:
         else:
             high = middle
     return math.sqrt(low * high)
-
-
-def behaviour_map(valve: PhysicalValve, rates: ArrayLike, damping: ArrayLike) -> BehaviourMap:
-    """Simulate ramps over their rate and the stem's damping.
-
-    Parameters
-    ----------
-    valve : PhysicalValve
-        The valve whose viscous coefficient is varied.
-    rates : array_like, shape (n_rates,)
-        Rates of the ramp [% of span / s].
-    damping : array_like, shape (n_damping,)
-        Damping ratios F_v / (2 sqrt(K m)) [-].
-
-    Returns
-    -------
-    BehaviourMap
-        Stairs or not, slip and share of rest, and the closed forms of both boundaries.
-
-    Raises
-    ------
-    ParameterError
-        When the valve is not a `PhysicalValve`, a rate is not positive or a damping ratio is negative.
-
-    Examples
-    --------
-    >>> from stiction.models.parameter_sets import table1_reading_a
-    >>> from stiction.simulation import behaviour_map
-    >>> behaviour_map(table1_reading_a(), rates=[20.0, 60.0], damping=[0.058]).staircase.tolist()
-    [[True, False]]
-    """
-    bare = _without_actuator(valve)
-    rate_axis = np.array([require_positive("rates", value, "% of span / s") for value in np.atleast_1d(rates)])
-    zeta_axis = np.array([require_not_negative("damping", value, "-") for value in np.atleast_1d(damping)])
-    shape = (zeta_axis.size, rate_axis.size)
-    staircase, slip, stuck = np.zeros(shape, dtype=np.bool_), np.full(shape, np.nan), np.zeros(shape)
-    critical = 2.0 * math.sqrt(bare.spring_rate * bare.mass)
-    valves = [replace(bare, viscous=float(zeta) * critical) for zeta in zeta_axis]
-    for i, valve_of_row in enumerate(valves):
-        for j, rate in enumerate(rate_axis):
-            behaviour = ramp_behaviour(valve_of_row, float(rate))
-            staircase[i, j], slip[i, j], stuck[i, j] = behaviour.kind == "staircase", behaviour.slip, behaviour.stuck
-    inertial = np.array([inertial_rate(valve_of_row) for valve_of_row in valves])
-    stribeck = np.array([stribeck_rates(valve_of_row)[1] for valve_of_row in valves])
-    return BehaviourMap(rate_axis, zeta_axis, staircase, slip, stuck, inertial, stribeck)

@@ -83,7 +83,7 @@ def find_loops(source: Any, options: ReadOptions, **database: Any) -> Loops:
         tables = [frame_to_table(source)]
     found = read_layout(tables, options)
     roles = assign_roles(found, options, rows, tables[0].origin.name)
-    return Loops(options, roles, time_positions=time_positions(found))
+    return Loops(options, roles, time_positions=time_positions(found), columns=found)
 
 
 def _find_in_files(paths: list[Any], options: ReadOptions, rows: Sequence[MapRow] | None) -> Loops:
@@ -93,7 +93,8 @@ def _find_in_files(paths: list[Any], options: ReadOptions, rows: Sequence[MapRow
         [file] = files
         if file.failure is not None:
             raise file.failure
-        return Loops(options, file.loops, [file.stored] if file.stored else [], time_positions(file.columns))
+        stored = [file.stored] if file.stored else []
+        return Loops(options, file.loops, stored, time_positions(file.columns), columns=file.columns)
     files, zones = _in_one_zone(files, options, rows)
     incomplete = [file for file in files if file.failure is not None and file.columns]
     loops = [loop for file in files for loop in file.loops]
@@ -110,7 +111,9 @@ def _find_in_files(paths: list[Any], options: ReadOptions, rows: Sequence[MapRow
     together = _files_together(files, loops, incomplete) + [
         (source_name(file.path),) for file in stored for _ in (file.stored.tags if file.stored else ())
     ]
-    return Loops(options, loops, [one.stored for one in stored if one.stored], positions, failures, together, zones)
+    columns = [column for file in files for column in file.columns]
+    kept = [file.stored for file in stored if file.stored]
+    return Loops(options, loops, kept, positions, failures, together, columns, zones)
 
 
 def _open_path(path: Any, options: ReadOptions, rows: Sequence[MapRow] | None, *, several: bool) -> list[_File]:

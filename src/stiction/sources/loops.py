@@ -54,6 +54,8 @@ class Loops:
     """Files that could not be read, or hold no loop."""
     files: list[tuple[str, ...]] = field(default_factory=list)
     """Files that must be opened together to find each loop; empty where the source is one file."""
+    columns: list[TagColumn] = field(default_factory=list)
+    """All columns of the files, those without a signal of a loop too."""
     zones: dict[str, str] = field(default_factory=dict)
     """Files whose time stamps have no zone, among others that have -> the zone in which they are taken."""
 

@@ -9,7 +9,7 @@ import pytest
 
 import stiction as st
 from stiction.apps.web.textbook import draw_nyquist, drive_by_sine, simulate_jump, simulate_ramps
-from stiction.apps.web.textbook_quantities import TEXTBOOK_QUANTITIES, TextbookSettings
+from stiction.apps.web.textbook_settings import TextbookSettings
 from stiction.errors import ParameterError
 from stiction.limitcycle import predict_limit_cycles
 
@@ -98,9 +98,9 @@ def test_a_pulse_as_in_figure_8_moves_the_loop_and_a_small_one_does_not() -> Non
     assert "does not move the loop" in simulate_jump(TextbookSettings(pulse=0.1, length=5.0))["sentence"]
 
 
-@pytest.mark.parametrize("name", list(TEXTBOOK_QUANTITIES))
+@pytest.mark.parametrize("name", list(TextbookSettings.quantities()))
 def test_a_number_outside_its_limits_is_refused(name: str) -> None:
-    quantity = TEXTBOOK_QUANTITIES[name]
+    quantity = TextbookSettings.quantities()[name]
     with pytest.raises(ParameterError) as error:
         TextbookSettings.from_mapping({name: quantity.high + 1.0})
     assert str(error.value).startswith(f"{quantity.label} = ")

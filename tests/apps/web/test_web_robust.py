@@ -32,6 +32,22 @@ def test_first_line_is_the_address_and_interrupt_ends_it(serve, tmp_path):
     assert list(tmp_path.glob("stiction-serve-*")) == []
 
 
+def test_files_of_the_command_line_are_diagnosed_at_once(serve, tmp_path):
+    (tmp_path / "FIC-101.csv").write_text(sticky_csv(NAMED))
+    (tmp_path / "broken.csv").write_text("PV,OP\n")
+    server = serve(str(tmp_path / "FIC-101.csv"), str(tmp_path / "broken.csv"))
+    assert server.call("GET", "/api/start").json == {"screen": "loops"}
+    found = server.wait_for(
+        "/api/sets/session/rows", lambda one: one["rows"] and one["rows"][0]["status"] == "diagnosed"
+    )
+    [row] = found["rows"]
+    assert (row["tag"], row["verdict"]) == ("FIC-101", "stiction")
+    [reading] = server.call("GET", "/api/readings").json["readings"]
+    assert reading["files"] == ["FIC-101.csv", "broken.csv"]
+    [failure] = reading["failures"]
+    assert failure.startswith("broken.csv")
+
+
 def test_port_can_be_chosen_and_a_taken_one_is_named(serve, capsys):
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))

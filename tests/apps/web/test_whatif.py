@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
 
 import stiction as st
-from stiction.apps.web.trend_signals import find_first_rise, measure_swing, thin
+from stiction.apps.web.trend_data import thin_columns
 from stiction.apps.web.whatif import make_start_load, predict_cycles, simulate_trend
-from stiction.apps.web.whatif_quantities import COMPENSATORS, QUANTITIES, VALVE_MODELS
-from stiction.apps.web.whatif_settings import WhatIfSettings
+from stiction.apps.web.whatif_settings import COMPENSATORS, VALVE_MODELS, WhatIfSettings
 from stiction.apps.web.whatif_start import start_from_diagnosis
 from stiction.errors import ParameterError
+from stiction.simulation.swing import find_first_rise, measure_swing
 
 
 def test_the_trend_is_a_part_of_the_simulation_of_the_same_loop() -> None:
@@ -103,10 +103,10 @@ def test_no_limit_cycle_is_explained() -> None:
     }
 
 
-@pytest.mark.parametrize("name", list(QUANTITIES))
+@pytest.mark.parametrize("name", list(WhatIfSettings.quantities()))
 @pytest.mark.parametrize("side", ["low", "high"])
 def test_a_number_outside_its_limits_is_refused_with_both_limits(name: str, side: str) -> None:
-    quantity = QUANTITIES[name]
+    quantity = WhatIfSettings.quantities()[name]
     outside = quantity.low - 1.0 if side == "low" else 2.0 * quantity.high
     with pytest.raises(ParameterError) as error:
         WhatIfSettings.from_mapping({name: outside})
@@ -161,20 +161,21 @@ def test_a_slow_process_and_a_long_record_are_simulated() -> None:
 def test_texts_of_an_address_are_read_as_settings() -> None:
     settings = WhatIfSettings.from_mapping({"S": "3.5", "integrating": "true", "model": "he"})
     assert (settings.S, settings.integrating, settings.model) == (3.5, True, "he")
-    assert WhatIfSettings.from_mapping(settings.to_dict()) == settings
+    assert WhatIfSettings.from_mapping(asdict(settings)) == settings
 
 
 def test_thinning_keeps_the_extremes_of_each_pixel() -> None:
     x = np.random.default_rng(0).normal(size=20_000)
-    y = np.cumsum(x)
-    keep = thin((x, y), 100)
-    assert keep.size <= 400
-    for signal in (x, y):
-        assert signal[keep].max() == signal.max()
-        assert signal[keep].min() == signal.min()
-        parts = [keep[(keep >= k) & (keep < k + 2000)] for k in range(0, 20_000, 2000)]
-        for k, part in zip(range(0, 20_000, 2000), parts, strict=True):
-            assert np.ptp(signal[part]) == np.ptp(signal[k : k + 2000])
+    signals = {"x": x, "y": np.cumsum(x)}
+    signals["x"][:150] = np.nan  # a part of the second block, and all of the first
+    samples, thinned = thin_columns(signals, 200)
+    assert samples.size == 400
+    assert np.all(np.diff(samples) > 0.0)
+    assert np.isnan(thinned["x"][:2]).all()
+    for name, signal in signals.items():
+        for k in range(1, 200):
+            block = signal[100 * k : 100 * (k + 1)]
+            assert sorted(thinned[name][2 * k : 2 * k + 2]) == [np.nanmin(block), np.nanmax(block)]
 
 
 def test_the_swing_of_a_sine_is_its_own_and_noise_is_averaged_out() -> None:

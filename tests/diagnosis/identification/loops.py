@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 import stiction as st
+from stiction.diagnosis.segment import judge_segment
+from stiction.records.gaps import forward_fill, interpolate_gaps, missing_mask
 
 
 @dataclass(frozen=True)
@@ -67,3 +69,12 @@ def run_of(known, noise=0.0, set_point=0.0, seed=0, samples=None):
     sp = 100.0 + set_point * known.swing * np.repeat(moves, 35)[: n + before]
     run = st.simulate(loop, sp, (n + before) * loop.dt, load, seed, pv_start=100.0, op_start=50.0, tag="FC1")
     return replace(run.window(before, n + before), integrating=known.integrating)
+
+
+def whole_segment(record):
+    """The whole record as a judged segment, with the parts that a diagnosis leaves out."""
+    judged = judge_segment(record)
+    missing = missing_mask(record.op, record.pv)
+    sp = None if record.sp is None else forward_fill(record.sp, fill_start=True)
+    part = replace(record, op=interpolate_gaps(record.op), pv=interpolate_gaps(record.pv), sp=sp)
+    return replace(judged, signals=replace(judged.signals, part=part, missing=missing))

@@ -13,7 +13,11 @@ import stiction as st
 from stiction.diagnosis.identification import fit_controller
 from stiction.errors import RecordError
 
-from .loops import KNOWN, run_of
+from .loops import KNOWN, run_of, whole_segment
+
+
+def fit_whole(record):
+    return fit_controller(whole_segment(record))
 
 
 @pytest.mark.parametrize("moves", [0.0, 0.3])
@@ -22,7 +26,7 @@ from .loops import KNOWN, run_of
 def test_a_pi_is_found_exactly(name, noise, moves):
     # The controller acts on the noisy PV, so that noise does not bias the fit.
     known = KNOWN[name]
-    found = fit_controller(run_of(known, noise, moves, samples=600))
+    found = fit_whole(run_of(known, noise, moves, samples=600))
     assert found.Kc == pytest.approx(known.loop.controller.Kc, rel=1e-6)
     assert found.Ti == pytest.approx(known.loop.controller.Ti, rel=1e-6)
     assert found.explained == pytest.approx(1.0, abs=1e-9)
@@ -32,7 +36,7 @@ def test_a_pi_is_found_exactly(name, noise, moves):
 @pytest.mark.parametrize("name", KNOWN)
 def test_without_a_set_point_a_constant_one_is_found_too(name):
     known = KNOWN[name]
-    found = fit_controller(replace(run_of(known, 0.02), sp=None))
+    found = fit_whole(replace(run_of(known, 0.02), sp=None))
     assert found.Kc == pytest.approx(known.loop.controller.Kc, rel=1e-6)
     assert found.Ti == pytest.approx(known.loop.controller.Ti, rel=1e-6)
 
@@ -41,7 +45,7 @@ def test_gaps_hardly_matter():
     run = run_of(KNOWN["first order"], 0.02)
     pv, op = run.pv.copy(), run.op.copy()
     pv[200:203], op[500:502] = np.nan, np.nan
-    found = fit_controller(replace(run, pv=pv, op=op))
+    found = fit_whole(replace(run, pv=pv, op=op))
     assert found.Kc == pytest.approx(0.4, rel=0.1)
     assert found.Ti == pytest.approx(5.0, rel=0.1)
     assert found.action == 1.0
@@ -50,7 +54,7 @@ def test_gaps_hardly_matter():
 def test_an_op_that_nobody_controls_tells_no_action():
     rng = np.random.default_rng(5)
     record = st.LoopRecord("FC1", 1.0, op=50.0 + rng.normal(size=500), pv=rng.normal(size=500))
-    found = fit_controller(record)
+    found = fit_whole(record)
     assert found.explained < 0.1
     assert found.action == 0.0
 
@@ -88,7 +92,7 @@ def holds(found, controller, gain, time):
 
 @pytest.mark.parametrize("name", FORMS)
 def test_the_form_is_found_at_the_controllers_rate(name):
-    found = fit_controller(swinging(FORMS[name]))
+    found = fit_whole(swinging(FORMS[name]))
     holds(found, FORMS[name], 1e-6, 1e-6)
     assert found.form == name
     assert found.Td == pytest.approx(FORMS[name].Td, rel=1e-6)
@@ -98,7 +102,7 @@ def test_the_form_is_found_at_the_controllers_rate(name):
 @pytest.mark.parametrize("name", FORMS)
 def test_a_rounded_op_is_compared_itself(name, step):
     run = swinging(FORMS[name])
-    found = fit_controller(replace(run, op=np.round(run.op / step) * step))
+    found = fit_whole(replace(run, op=np.round(run.op / step) * step))
     holds(found, FORMS[name], 0.02, 0.05)
     assert found.form == name
     assert "OP itself" in found.why
@@ -108,13 +112,13 @@ def test_a_rounded_op_is_compared_itself(name, step):
 @pytest.mark.parametrize("noise", [0.02, 0.3])
 @pytest.mark.parametrize("name", FORMS)
 def test_slower_sampling_costs_some_accuracy(name, noise, m):
-    found = fit_controller(every(swinging(FORMS[name], noise=noise), m))
+    found = fit_whole(every(swinging(FORMS[name], noise=noise), m))
     holds(found, FORMS[name], 0.15, 0.15)
     assert found.form == name
 
 
 def test_an_integral_controller_has_no_gain():
-    found = fit_controller(swinging(st.PID(1e-9, 4e-8)))
+    found = fit_whole(swinging(st.PID(1e-9, 4e-8)))
     assert found.form == "I"
     assert found.Ki == pytest.approx(0.025, rel=1e-6)
     assert (found.Kc, found.Ti, found.action) == (0.0, 0.0, 1.0)
@@ -125,7 +129,7 @@ def test_samples_at_a_limit_are_left_out():
     run = swinging(controller, moves=4.0)
     at_limit = (run.op >= 54.0) | (run.op <= 46.0)
     assert 0.2 < at_limit.mean() < 0.8
-    found = fit_controller(run)
+    found = fit_whole(run)
     holds(found, controller, 1e-6, 1e-6)
     assert f"{at_limit.sum()} samples at a limit" in found.why
 
@@ -136,7 +140,7 @@ def test_gaps_are_not_bridged_and_bumps_not_explained():
     op[1500:] += 7.0
     op[2200:] -= 3.0
     op[300:340], pv[900:1100] = np.nan, np.nan
-    found = fit_controller(replace(run, op=op, pv=pv))
+    found = fit_whole(replace(run, op=op, pv=pv))
     holds(found, FORMS["PI"], 1e-6, 1e-6)
     assert "2 bumps" in found.why
 
@@ -145,8 +149,8 @@ def test_manual_is_left_out():
     run = swinging(FORMS["PI"])
     op, auto = run.op.copy(), np.ones(len(run), dtype=bool)
     op[1000:1800], auto[1000:1800] = np.random.default_rng(0).normal(50.0, 5.0, 800), False
-    holds(fit_controller(replace(run, op=op, auto=auto)), FORMS["PI"], 1e-6, 1e-6)
-    assert fit_controller(replace(run, auto=np.zeros(len(run), dtype=bool))).form == "unknown"
+    holds(fit_whole(replace(run, op=op, auto=auto)), FORMS["PI"], 1e-6, 1e-6)
+    assert fit_whole(replace(run, auto=np.zeros(len(run), dtype=bool))).form == "unknown"
 
 
 def test_errors_cover_the_truth_of_a_rounded_op():
@@ -154,7 +158,7 @@ def test_errors_cover_the_truth_of_a_rounded_op():
     far = []
     for seed in range(40):
         run = swinging(FORMS["PI"], n=1000, seed=seed)
-        found = fit_controller(replace(run, op=np.round(run.op, 0)))
+        found = fit_whole(replace(run, op=np.round(run.op, 0)))
         far.append((abs(found.Kc - 0.5) / found.Kc_error, abs(found.Ti - 15.0) / found.Ti_error))
     within = np.mean(np.array(far) < 2.0, axis=0)
     assert np.all(within >= 0.8)
@@ -163,16 +167,16 @@ def test_errors_cover_the_truth_of_a_rounded_op():
 
 def test_an_unexplained_op_names_no_form():
     rng = np.random.default_rng(5)
-    found = fit_controller(st.LoopRecord("FC1", 1.0, op=50.0 + rng.normal(size=500), pv=rng.normal(size=500)))
+    found = fit_whole(st.LoopRecord("FC1", 1.0, op=50.0 + rng.normal(size=500), pv=rng.normal(size=500)))
     assert found.form == "unknown"
     assert "needed" in found.why
-    still = fit_controller(st.LoopRecord("FC1", 1.0, op=np.full(500, 50.0), pv=rng.normal(size=500)))
+    still = fit_whole(st.LoopRecord("FC1", 1.0, op=np.full(500, 50.0), pv=rng.normal(size=500)))
     assert (still.form, still.action) == ("unknown", 0.0)
 
 
 def test_a_record_without_pv_is_refused():
     with pytest.raises(RecordError, match="no PV"):
-        fit_controller(st.LoopRecord("FC1", 1.0, op=np.arange(100.0)))
+        fit_whole(st.LoopRecord("FC1", 1.0, op=np.arange(100.0)))
 
 
 RUN = swinging(FORMS["I-P"], n=800)
@@ -188,7 +192,7 @@ RUN = swinging(FORMS["I-P"], n=800)
 )
 def test_units_only_rescale_the_answer(scale, shift, op_scale, clock, flip):
     scale = -scale if flip else scale
-    found = fit_controller(
+    found = fit_whole(
         replace(RUN, dt=RUN.dt * clock, op=op_scale * RUN.op, pv=scale * RUN.pv + shift, sp=scale * RUN.sp + shift)
     )
     assert found.form == "I-P"
@@ -202,9 +206,9 @@ def test_a_set_point_that_was_not_recorded_turns_no_sign():
     sp = 50.0 + np.repeat(np.random.default_rng(0).uniform(-10.0, 10.0, 40), 50)
     loop = st.Loop(st.PID(0.3, 4.0), st.Kano(2.0, 1.0), st.FOPDT(1.0, 3.0, 0.0), dt=1.0, noise=0.1)
     run = st.simulate(loop, sp, 2000.0, seed=1)
-    assert fit_controller(run).action == 1.0
-    unseen = fit_controller(replace(run, sp=None))
+    assert fit_whole(run).action == 1.0
+    unseen = fit_whole(replace(run, sp=None))
     assert (unseen.form, unseen.action) == ("unknown", 0.0)
     assert "was not recorded" in unseen.why
     still = st.simulate(replace(loop, controller=st.PID(0.3, np.inf)), 50.0, 2000.0, 6.0 * (sp > 50.0), seed=1)
-    assert fit_controller(replace(still, sp=None)).form == "P"
+    assert fit_whole(replace(still, sp=None)).form == "P"

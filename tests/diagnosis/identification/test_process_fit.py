@@ -6,8 +6,13 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from stiction.diagnosis.identification.process_fit import FittedProcess, compared_part, fit_process, simulate_process
-from stiction.diagnosis.identification.signals import remove_local_mean
+from stiction.diagnosis.identification.process_fit import (
+    FittedProcess,
+    compared_part,
+    fit_process,
+    remove_local_mean,
+    simulate_process,
+)
 from stiction.diagnosis.identification.stems import process_products
 
 N = 900

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as some
 
-from stiction.diagnosis.identification.signals import block_signals, remove_local_mean
+from stiction.diagnosis.identification.process_fit import remove_local_mean
+from stiction.diagnosis.identification.signals import block_signals
 
 
 @given(n=some.integers(100, 60_000), period=some.one_of(some.none(), some.floats(8.0, 5000.0)))

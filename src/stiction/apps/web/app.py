@@ -57,7 +57,7 @@ def make_app(access: Access, workspace: Workspace) -> Guard:
         app.state.signed_in = asyncio.Event()
         workers.start([_first_page(app.state.signed_in), *(one.preload(workers) for one in audits)])
         if workspace.files:
-            workspace.readings.start(app.state.workers, workspace.files, {})
+            workspace.readings.run(readings.diagnose_files(workspace, app.state.workers))
         yield
         for one in audits:
             await one.stop()
@@ -103,7 +103,8 @@ async def _favicon(_: Request) -> Response:
 
 async def _start(request: Request) -> Response:
     """The screen to open first."""
-    return JSONResponse({"screen": "loops" if request.app.state.workspace.audits else "drop"})
+    workspace = request.app.state.workspace
+    return JSONResponse({"screen": "loops" if workspace.audits or workspace.files else "drop"})
 
 
 async def _session(request: Request) -> Response:

@@ -98,7 +98,7 @@ def _header_pairs() -> list[tuple[bytes, bytes]]:
 def _cookie(header: str, name: str) -> str:
     """Value of a cookie; empty when it was not sent."""
     try:
-        found: Any = SimpleCookie(header).get(name)
+        morsel: Any = SimpleCookie(header).get(name)
     except CookieError:
         return ""
-    return "" if found is None else found.value
+    return "" if morsel is None else morsel.value

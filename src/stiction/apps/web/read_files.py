@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 from stiction.errors import RecordError, Setting
 
@@ -40,13 +40,21 @@ OPTIONS = {
 
 
 class _NamedFile:
-    """A stored file under the name that the user gave it."""
+    """A stored file under the name that the user gave it; it is open only while it is read."""
 
     def __init__(self, path: str, name: str) -> None:
-        self._file = Path(path).open("rb")  # noqa: SIM115 (closed with the object)
         self.name = name
-        self.read = self._file.read
-        self.seek = self._file.seek
+        self._path = path
+        self._file: BinaryIO | None = None
+
+    def read(self, size: int) -> bytes:
+        """Return the next bytes; after the end the file is read from its start again."""
+        self._file = self._file or Path(self._path).open("rb")  # noqa: SIM115 (closed at the end)
+        chunk = self._file.read(size)
+        if not chunk:
+            self._file.close()
+            self._file = None
+        return chunk
 
 
 def read_files(
@@ -74,89 +82,65 @@ def read_files(
     Returns
     -------
     dict
-        `error` (text or None), `loops` (summary of each, with `path` of its record), `assumptions`, `columns`.
+        `error` (text or None), `loops` (summary of each, with `path` of its record), `failures` (texts), `assumptions`,
+        `columns`.
     """
+    from stiction.sources import open_loops
+
     sources = [path if path == name else _NamedFile(path, name) for path, name in files]
     target = Path(folder)
     chosen = {**options, "max_bytes": max_bytes}
-    answer: dict[str, Any] = {"error": None, "loops": [], "assumptions": [], "columns": []}
+    answer: dict[str, Any] = {"error": None, "loops": [], "failures": [], "assumptions": [], "columns": []}
     try:
         if map_rows is not None:
             chosen["map"] = _write_map(map_rows, target)
-        loops, columns = _open(sources, chosen)
-        answer["columns"] = columns
+        loops = open_loops(sources if len(sources) > 1 else sources[0], **chosen)
         answer |= _read(loops, target)
+        answer["columns"] = _list_columns(loops)
     except RecordError as error:
         of_map = "map" in chosen and error.where.startswith(chosen["map"])
         answer["error"] = error.text(page_text, "Table of columns" if of_map else error.file_name)
-        answer["columns"] = answer["columns"] or _columns_of(sources, options, max_bytes)
+        answer["columns"] = _columns_without_loop(sources, options, max_bytes)
     return answer
 
 
-def _open(sources: list[Any], options: dict[str, Any]) -> tuple[Loops, list[dict[str, Any]]]:
-    from stiction.sources import open_loops
-
-    _rewind(sources)
-    loops = open_loops(sources, **options)
+def _list_columns(loops: Loops) -> list[dict[str, Any]]:
+    """Rows of the table of columns: each column of the source with its use."""
+    if len(loops.columns) > MAX_COLUMNS:
+        raise RecordError(
+            f"The source has {len(loops.columns)} columns; at most {MAX_COLUMNS} can be read. Split the file."
+        )
     used: dict[int, dict[str, Any]] = {}
-    columns: dict[int, TagColumn] = {}
     for loop in loops.roles:
         for role, column in loop.roles.items():
             low, high = loop.spans.get(role, ("", ""))
-            tag = loop.tag or column.table.origin.stem
-            columns[id(column)] = column
-            used[id(column)] = {
-                "loop": tag, "role": role, "unit": loop.unit_of(role), "low": low, "high": high,
-                "area": loop.area, "master": loop.master, "importance": loop.importance,
+            use = {
+                "loop": loop.tag or column.table.origin.stem, "role": role, "unit": loop.unit_of(role), "low": low,
+                "high": high, "area": loop.area, "master": loop.master, "importance": loop.importance,
             }  # fmt: skip
-    plain = {name: value for name, value in options.items() if name not in ("map", "max_bytes")}
-    listed = [] if loops.stored else _list_columns(sources, plain, options["max_bytes"])
-    by_name = {column.name: used[key] for key, column in columns.items()}
-    return loops, [_describe(column, k, by_name.get(column.name)) for k, column in enumerate(listed)]
+            used |= dict.fromkeys((id(part) for part in column.parts or (column,)), use)
+    return [_describe(column, k, used.get(id(column))) for k, column in enumerate(loops.columns)]
 
 
-def _columns_of(sources: list[Any], options: dict[str, Any], max_bytes: int) -> list[dict[str, Any]]:
+def _columns_without_loop(sources: list[Any], options: dict[str, Any], max_bytes: int) -> list[dict[str, Any]]:
     """Columns of a source in which no loop was found; none when it cannot be read as a table."""
-    try:
-        return [_describe(column, k, None) for k, column in enumerate(_list_columns(sources, options, max_bytes))]
-    except RecordError:
-        return []
-
-
-def _list_columns(sources: list[Any], options: dict[str, Any], max_bytes: int) -> list[TagColumn]:
     from stiction.sources.formats import read_format
     from stiction.sources.layouts import read_layout
     from stiction.sources.open_files import open_files
     from stiction.sources.options import ReadOptions
 
-    _rewind(sources)
-    chosen = ReadOptions(**options, max_bytes=max_bytes)
-    tables = [table for one in open_files(sources, chosen) for table in read_format(one, chosen)]
-    columns = read_layout(tables, chosen)
-    if len(columns) > MAX_COLUMNS:
-        raise RecordError(f"The source has {len(columns)} columns; at most {MAX_COLUMNS} can be read. Split the file.")
-    return columns
-
-
-def _rewind(sources: list[Any]) -> None:
-    for source in sources:
-        if not isinstance(source, str):
-            source.seek(0)
+    try:
+        chosen = ReadOptions(**options, max_bytes=max_bytes)
+        tables = [table for file in open_files(sources, chosen) for table in read_format(file, chosen)]
+        return [_describe(column, k, None) for k, column in enumerate(read_layout(tables, chosen))]
+    except RecordError:
+        return []
 
 
 def _describe(column: TagColumn, k: int, use: dict[str, Any] | None) -> dict[str, Any]:
     """One row of the table of columns."""
-    empty = {
-        "loop": "",
-        "role": "",
-        "unit": column.unit,
-        "low": "",
-        "high": "",
-        "area": "",
-        "master": "",
-        "importance": "",
-    }
-    row = {"tag": column.name, "description": column.description, **empty, **(use or {})}
+    row: dict[str, Any] = {"tag": column.name, "description": column.description, **dict.fromkeys(MAP_COLUMNS[1:], "")}
+    row |= use or {"unit": column.unit}
     row["preview"] = _preview(column) if k < MAX_PREVIEWS else []
     return row
 
@@ -180,14 +164,17 @@ def _read(loops: Loops, folder: Path) -> dict[str, Any]:
     from stiction.records import summarise
     from stiction.records.parquet_writer import to_parquet
 
-    records = loops.read()
-    areas = [one.area for one in loops.roles] if len(loops.roles) == len(records) else [""] * len(records)
+    records, failures = loops.read_all()
+    if not records and failures:
+        raise failures[0].error
+    areas = {loop.tag: loop.area for loop in loops.roles}
     summary = summarise(records).to_dict()
-    for k, (record, entry, area) in enumerate(zip(records, summary["loops"], areas, strict=True)):
+    for k, (record, entry) in enumerate(zip(records, summary["loops"], strict=True)):
         path = folder / f"{k}.parquet"
         to_parquet(record, path)
-        entry |= {"path": str(path), "area": area}
-    return {"loops": summary["loops"], "assumptions": summary["assumptions"]}
+        entry |= {"path": str(path), "area": areas.get(record.tag, "")}
+    reasons = [error.text(page_text) if isinstance(error, RecordError) else str(error) for _, _, error in failures]
+    return {"loops": summary["loops"], "assumptions": summary["assumptions"], "failures": reasons}
 
 
 def _write_map(rows: Sequence[dict[str, str]], folder: Path) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import count
 from typing import TYPE_CHECKING, Any
 
@@ -17,17 +17,18 @@ from stiction.errors import StictionError
 from stiction.worker_process import TimeLimitError, WorkerLostError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Coroutine, Iterator
     from pathlib import Path
 
     from starlette.requests import Request
 
     from stiction.apps.web.workers import Workers
+    from stiction.apps.web.workspace import Workspace
 
-__all__ = ["ROUTES", "Reading", "Readings"]
+__all__ = ["ROUTES", "Reading", "Readings", "diagnose_files"]
 
 READ_LIMIT_S = 300.0
-"""Longest time for reading one source [s]."""
+"""Longest time for reading one drop [s]."""
 MAX_EXPANDED_BYTES = 1_000_000_000
 """Size of a file after decompression up to which it is read [bytes]."""
 TEXT_OPTIONS = ("delimiter", "decimal", "time_format", "timezone", "sheet")
@@ -35,45 +36,25 @@ NUMBER_OPTIONS = ("dt",)
 
 
 @dataclass
-class Source:
-    """Files that are read together, and what came of it."""
+class Reading:
+    """One drop of files, which are read together as one source, and what came of it."""
 
+    id: str
     files: list[tuple[str, str]]
     """Path and shown name of each file."""
-    folder: Path
-    state: str = "waiting"
-    """waiting, reading, read or failed."""
-    answer: dict[str, Any] = field(default_factory=dict)
-    """What `read_files` returned."""
+    options: dict[str, Any]
+    """Options of the reader."""
+    answer: dict[str, Any] | None = None
+    """What `read_files` returned; None while the files are read."""
     added: bool = False
     """Whether its loops are in the table of loops."""
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready form, without paths."""
-        loops = [{k: v for k, v in loop.items() if k != "path"} for loop in self.answer.get("loops", [])]
-        return {
-            "files": [name for _, name in self.files],
-            "state": self.state,
-            "added": self.added,
-            **{name: self.answer.get(name) for name in ("error", "assumptions", "columns")},
-            "loops": loops,
-        }
-
-
-@dataclass
-class Reading:
-    """One drop of files."""
-
-    id: str
-    sources: list[Source]
-    options: dict[str, Any]
-    running: bool = True
-
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-ready form."""
-        done = sum(one.state in ("read", "failed") for one in self.sources)
-        progress = {"done": done, "total": len(self.sources), "running": self.running}
-        return {"id": self.id, **progress, "sources": [one.to_dict() for one in self.sources]}
+        answer = self.answer or {"loops": []}
+        loops = [{k: v for k, v in loop.items() if k != "path"} for loop in answer["loops"]]
+        head = {"id": self.id, "files": [name for _, name in self.files], "running": self.answer is None}
+        return {**head, "added": self.added, **answer, "loops": loops}
 
 
 class Readings:
@@ -87,14 +68,17 @@ class Readings:
         self._tasks: set[asyncio.Task[None]] = set()
 
     def start(self, workers: Workers, files: list[tuple[str, str]], options: dict[str, Any]) -> Reading:
-        """Begin to read files; each is tried alone first."""
-        sources = [Source([one], self._new_folder()) for one in files]
-        reading = Reading(str(next(self._numbers)), sources, options)
+        """Begin to read files."""
+        reading = Reading(str(next(self._numbers)), files, options)
         self.all[reading.id] = reading
-        task = asyncio.create_task(self._run(workers, reading))
+        self.run(self.read(workers, reading, options))
+        return reading
+
+    def run(self, work: Coroutine[Any, Any, None]) -> None:
+        """Do some work in the background."""
+        task = asyncio.create_task(work)
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
-        return reading
 
     def find(self, identity: str) -> Reading:
         """Return a drop by its id, or raise 404."""
@@ -102,45 +86,23 @@ class Readings:
             raise HTTPException(404, "These files are no longer available. Drop them again.")
         return self.all[identity]
 
-    async def _run(self, workers: Workers, reading: Reading) -> None:
-        try:
-            for source in reading.sources:
-                await self.read(workers, source, reading.options)
-            await self._read_together(workers, reading)
-        finally:
-            reading.running = False
-
     async def read(
-        self, workers: Workers, source: Source, options: dict[str, Any], rows: list[dict[str, str]] | None = None
+        self, workers: Workers, reading: Reading, options: dict[str, Any], rows: list[dict[str, str]] | None = None
     ) -> None:
-        """Read one source, again when its columns were corrected."""
-        source.state, source.folder = "reading", self._new_folder()
-        call = (read_files, source.files, options, rows, str(source.folder), MAX_EXPANDED_BYTES)
+        """Read a drop, again when its columns were corrected."""
+        folder = self.folder / str(next(self._folders))
+        folder.mkdir(parents=True)
+        call = (read_files, reading.files, options, rows, str(folder), MAX_EXPANDED_BYTES)
+        answer: dict[str, Any] = {"loops": [], "failures": [], "assumptions": [], "columns": []}
         try:
             answer = await workers.background.call(*call, limit_s=READ_LIMIT_S)
         except (StictionError, WorkerLostError, TimeLimitError) as error:
-            answer = {"error": str(error)}
+            answer["error"] = str(error)
         except Exception as error:
-            answer = {"error": f"an error in the program ({error}); please report it."}
-        if answer.get("error") and rows is not None:  # the corrected columns stay on the page
-            answer["columns"] = source.answer.get("columns", [])
-        source.answer = answer
-        source.state = "failed" if answer.get("error") else "read"
-
-    async def _read_together(self, workers: Workers, reading: Reading) -> None:
-        """Read files that hold no loop alone as one source, such as files of one tag each."""
-        alone = [one for one in reading.sources if one.state == "failed" and one.answer.get("columns")]
-        if len(alone) < 2:
-            return
-        together = Source([file for one in alone for file in one.files], self._new_folder())
-        await self.read(workers, together, reading.options)
-        if together.state == "read":
-            reading.sources = [*(one for one in reading.sources if one not in alone), together]
-
-    def _new_folder(self) -> Path:
-        folder = self.folder / str(next(self._folders))
-        folder.mkdir(parents=True)
-        return folder
+            answer["error"] = f"an error in the program ({error}); please report it."
+        if answer["error"] and reading.answer is not None:  # the corrected columns stay on the page
+            answer["columns"] = reading.answer["columns"]
+        reading.answer, reading.added = answer, False
 
 
 async def _list(request: Request) -> Response:
@@ -180,37 +142,41 @@ async def _get(request: Request) -> Response:
 
 
 async def _correct(request: Request) -> Response:
-    """Read a source again with corrected columns."""
+    """Read a drop again with corrected columns."""
     readings: Readings = request.app.state.workspace.readings
     reading = readings.find(request.path_params["reading"])
-    source = _source(reading, request.path_params["source"])
     body = await read_json(request)
     rows = body.get("rows")
     if rows is not None and not (isinstance(rows, list) and all(isinstance(row, dict) for row in rows)):
         raise HTTPException(400, "The table of columns is not a list of rows; load the page again.")
-    options = {**reading.options, **_options(body)}
-    await readings.read(request.app.state.workers, source, options, rows)
-    source.added = False
-    return JSONResponse(source.to_dict())
-
-
-def _source(reading: Reading, number: int) -> Source:
-    if not 0 <= number < len(reading.sources):
-        raise HTTPException(404, "This source is no longer available. Drop the file again.")
-    return reading.sources[number]
+    await readings.read(request.app.state.workers, reading, {**reading.options, **_options(body)}, rows)
+    return JSONResponse(reading.to_dict())
 
 
 async def _diagnose(request: Request) -> Response:
     """Put the loops of a drop into the table of loops and begin to diagnose them."""
     workspace = request.app.state.workspace
     reading = workspace.readings.find(request.path_params["reading"])
-    keys: list[int] = []
-    for source in reading.sources:
-        if source.state == "read" and not source.added:
-            keys += workspace.session.add(source.answer["loops"])
-            source.added = True
-    await workspace.session.start(request.app.state.workers)
+    keys = await add_loops(workspace, request.app.state.workers, reading)
     return JSONResponse({"set": workspace.session.id, "keys": keys})
+
+
+async def add_loops(workspace: Workspace, workers: Workers, reading: Reading) -> list[int]:
+    """Put the loops of a drop into the table of loops, once, and begin to diagnose them; return their keys."""
+    keys: list[int] = []
+    if reading.answer is not None and not reading.added:
+        keys = workspace.session.add(reading.answer["loops"])
+        reading.added = True
+    await workspace.session.start(workers)
+    return keys
+
+
+async def diagnose_files(workspace: Workspace, workers: Workers) -> None:
+    """Read the files of the command line and diagnose their loops."""
+    reading = Reading("given", workspace.files, {})
+    workspace.readings.all[reading.id] = reading
+    await workspace.readings.read(workers, reading, {})
+    await add_loops(workspace, workers, reading)
 
 
 async def _map(request: Request) -> Response:
@@ -225,7 +191,7 @@ ROUTES = [
     Route("/api/readings", _list),
     Route("/api/readings", _start, methods=["POST"]),
     Route("/api/readings/{reading}", _get),
-    Route("/api/readings/{reading}/sources/{source:int}", _correct, methods=["POST"]),
+    Route("/api/readings/{reading}", _correct, methods=["POST"]),
     Route("/api/readings/{reading}/diagnose", _diagnose, methods=["POST"]),
     Route("/api/map", _map, methods=["POST"]),
 ]

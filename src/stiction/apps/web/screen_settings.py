@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, field, fields
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from stiction.errors import ParameterError
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from typing import Self
 
-__all__ = ["Quantity", "ScreenSettings"]
+__all__ = ["Quantity", "ScreenSettings", "choice", "quantity"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +61,18 @@ class Quantity:
         return number
 
 
+def quantity(
+    default: float, label: str, unit: str, low: float, high: float, scale: str = "linear", *, group: str
+) -> Any:
+    """Return a field of `ScreenSettings` that holds a `Quantity`."""
+    return field(default=default, metadata={"quantity": Quantity(label, unit, low, high, scale, group)})
+
+
+def choice(default: str, choices: Mapping[str, str]) -> str:
+    """Return a field of `ScreenSettings` that holds one of `choices`: value -> name on the screen."""
+    return field(default=default, metadata={"choices": choices})
+
+
 @dataclass(frozen=True)
 class ScreenSettings:
     """Base of the settings of a screen; every field has a default and may be part of an address.
@@ -73,33 +85,38 @@ class ScreenSettings:
 
     SCREEN: ClassVar[str]
     """Name of the screen in messages."""
-    QUANTITIES: ClassVar[Mapping[str, Quantity]]
-    """Field -> what the number is."""
-    CHOICES: ClassVar[Mapping[str, Mapping[str, str]]]
-    """Field -> its values and their names on the screen."""
 
     def __post_init__(self) -> None:
-        for name, quantity in self.QUANTITIES.items():
-            object.__setattr__(self, name, quantity.check(getattr(self, name)))
-        for name, known in self.CHOICES.items():
-            if getattr(self, name) not in known:
-                raise ParameterError(f"{name} = {getattr(self, name)!r} is unknown; use one of {', '.join(known)}.")
+        for name, setting in self.quantities().items():
+            object.__setattr__(self, name, setting.check(getattr(self, name)))
+        for setting in fields(self):
+            known = setting.metadata.get("choices")
+            if known is not None and getattr(self, setting.name) not in known:
+                raise ParameterError(
+                    f"{setting.name} = {getattr(self, setting.name)!r} is unknown; use one of {', '.join(known)}."
+                )
+
+    @classmethod
+    def quantities(cls) -> dict[str, Quantity]:
+        """Name in the address -> what the number is."""
+        return {setting.name: setting.metadata["quantity"] for setting in fields(cls) if "quantity" in setting.metadata}
+
+    @classmethod
+    def options(cls) -> dict[str, Any]:
+        """What the screen can move, and its example; JSON-ready."""
+        quantities = {name: asdict(setting) for name, setting in cls.quantities().items()}
+        return {"quantities": quantities, "example": asdict(cls())}
 
     @classmethod
     def from_mapping(cls, values: Mapping[str, Any]) -> Self:
-        """Make settings of the texts or numbers in an address or a message.
-
-        Parameters
-        ----------
-        values : mapping of str to str or number
-            Field -> value; a field that is not named keeps its default.
+        """Make settings of the texts or numbers in an address or a message; what is not named keeps its default.
 
         Raises
         ------
         ParameterError
             When a name is unknown, or a value is no number or outside its limits.
         """
-        types = {one.name: one.type for one in fields(cls)}
+        types = {setting.name: setting.type for setting in fields(cls)}
         if unknown := sorted(set(values) - set(types)):
             raise ParameterError(f"{unknown[0]!r} is not a setting of {cls.SCREEN}; use one of {', '.join(types)}.")
         given = dict(values)
@@ -107,7 +124,3 @@ class ScreenSettings:
             if types[name] == "bool":
                 given[name] = str(given[name]).lower() in ("1", "true")
         return cls(**given)
-
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-ready form, as `from_mapping` takes it."""
-        return asdict(self)

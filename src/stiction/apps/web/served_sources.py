@@ -94,10 +94,10 @@ def _list_files(source: str) -> list[tuple[str, str]]:
     if path.is_dir():
         return _list_folder(path)
     if has_magic(source) and not path.exists():
-        found = [Path(one) for one in sorted(glob(source, recursive=True)) if Path(one).is_file()]
+        found = [Path(path) for path in sorted(glob(source, recursive=True)) if Path(path).is_file()]
         if not found:
             raise RecordError("no file matches this pattern; check the folder and the spelling.", where=source)
-        return [(str(one.resolve()), one.name) for one in found]
+        return [(str(path.resolve()), path.name) for path in found]
     if not path.is_file():
         raise RecordError("there is no such file or folder; check the name.", where=source)
     return [(str(path.resolve()), path.name)]
@@ -106,10 +106,10 @@ def _list_files(source: str) -> list[tuple[str, str]]:
 def _list_folder(folder: Path) -> list[tuple[str, str]]:
     """Files of a folder that is no audit."""
     root = folder.resolve()
-    found = [one for one in sorted(folder.iterdir()) if one.is_file() and not one.name.startswith(".")]
-    inside = [one for one in found if one.resolve().is_relative_to(root)]
-    if not any(one.suffix.lower() in USUAL_SUFFIXES for one in inside):
-        audits = sorted(str(one.parent) for one in folder.glob(f"*/{AUDIT_FILE}"))
+    found = [path for path in sorted(folder.iterdir()) if path.is_file() and not path.name.startswith(".")]
+    inside = [path for path in found if path.resolve().is_relative_to(root)]
+    if not any(path.suffix.lower() in USUAL_SUFFIXES for path in inside):
+        audits = sorted(str(path.parent) for path in folder.glob(f"*/{AUDIT_FILE}"))
         if audits:
             raise RecordError(
                 f"is not an audit (it has no {AUDIT_FILE}); give one of the audits in it, such as {audits[0]}.",
@@ -119,8 +119,8 @@ def _list_folder(folder: Path) -> list[tuple[str, str]]:
             raise RecordError(
                 f"is not an audit (it has no {AUDIT_FILE}) and contains no files; give another folder.", where=folder
             )
-        _call_apart(check_files, str(folder), [str(one) for one in inside])
-    return [(str(one.resolve()), one.name) for one in inside]
+        _call_apart(check_files, str(folder), [str(path) for path in inside])
+    return [(str(path.resolve()), path.name) for path in inside]
 
 
 def check_files(folder: str, paths: Sequence[str]) -> None:
@@ -136,7 +136,7 @@ def check_files(folder: str, paths: Sequence[str]) -> None:
         except RecordError as error:
             reasons.append(error.text(where=os.path.relpath(error.where, folder)))
         else:
-            if any(page.recognises(one.head, one.origin.name) for one in files for page in FORMATS):
+            if any(page.recognises(file.head, file.origin.name) for file in files for page in FORMATS):
                 return
     raise RecordError(
         f"is not an audit (it has no {AUDIT_FILE}), and no record was found in its files; give another folder. "

@@ -44,7 +44,7 @@ def answer(kind: str, request_id: int, values: Mapping[str, Any], width: int) ->
     """
     from stiction.apps.web import textbook, whatif
     from stiction.apps.web.packed import pack
-    from stiction.apps.web.textbook_quantities import TextbookSettings
+    from stiction.apps.web.textbook_settings import TextbookSettings
     from stiction.apps.web.whatif_settings import WhatIfSettings
 
     width = min(max(int(width), MIN_WIDTH_PX), MAX_WIDTH_PX)
@@ -82,7 +82,7 @@ def answer_start(record_path: str) -> bytes:
 
 def warm_simulations() -> None:
     """Compile the kernels of each question that is answered at once."""
-    from stiction.apps.web.whatif_quantities import COMPENSATORS, VALVE_MODELS
+    from stiction.apps.web.whatif_settings import COMPENSATORS, VALVE_MODELS
 
     for model in VALVE_MODELS:
         answer("trend", 0, {"model": model, "duration": 100.0}, MIN_WIDTH_PX)

@@ -10,12 +10,13 @@ import numpy as np
 
 from stiction.apps.web.plain_blocks import blocks_to_plain
 from stiction.apps.web.textbook_text import describe_crossings, describe_jump, describe_ramp, describe_sine
-from stiction.apps.web.trend_signals import measure_swing, thin
+from stiction.apps.web.trend_data import thin_columns
+from stiction.simulation.swing import measure_swing
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stiction.apps.web.textbook_quantities import TextbookSettings
+    from stiction.apps.web.textbook_settings import TextbookSettings
     from stiction.models import Loop
 
 __all__ = ["draw_nyquist", "drive_by_sine", "simulate_jump", "simulate_ramps"]
@@ -49,7 +50,7 @@ def simulate_ramps(settings: TextbookSettings, width: int = 1200) -> dict[str, A
 
     Examples
     --------
-    >>> from stiction.apps.web.textbook_quantities import TextbookSettings
+    >>> from stiction.apps.web.textbook_settings import TextbookSettings
     >>> simulate_ramps(TextbookSettings(S=5.0, J=2.0))["behaviour"]["Ideal"]
     'The stem follows OP.'
     """
@@ -63,11 +64,11 @@ def simulate_ramps(settings: TextbookSettings, width: int = 1200) -> dict[str, A
         mv = stroke(valve, op, dt, mv_start=0.0).mv
         assert mv is not None
         position[name] = mv
-    keep = thin((op, *position.values()), width)
+    samples, thinned = thin_columns({"": op, **position}, width)
     return {
-        "time": keep * dt,
-        "op": op[keep],
-        "position": {name: mv[keep] for name, mv in position.items()},
+        "time": samples * dt,
+        "op": thinned.pop(""),
+        "position": thinned,
         "behaviour": {name: describe_ramp(mv[: RAMP_SAMPLES + 1]) for name, mv in position.items()},
     }
 
@@ -162,11 +163,10 @@ def simulate_jump(settings: TextbookSettings, width: int = 1200) -> dict[str, An
     parts = (slice(round(100.0 / dt), round(JUMP_BEGIN / dt)), slice(-round(120.0 / dt), None))
     swings = [measure_swing(record.op[part], dt) for part in parts]
     levels = [_count_levels(record.mv[part], 2.0 * level) for part in parts]
-    keep = thin((record.op, record.pv, record.mv), width)
-    signals = {"op": record.op, "pv": record.pv, "mv": record.mv}
+    samples, thinned = thin_columns({"op": record.op, "pv": record.pv, "mv": record.mv}, width)
     return {
-        "time": time[keep],
-        **{name: x[keep] for name, x in signals.items()},
+        "time": samples * dt,
+        **thinned,
         "pulse": [JUMP_BEGIN, end],
         "sentence": describe_jump(settings, swings, levels),
     }

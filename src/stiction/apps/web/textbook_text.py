@@ -16,10 +16,10 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from stiction.apps.web.textbook_quantities import TextbookSettings
-    from stiction.apps.web.trend_signals import Swing
+    from stiction.apps.web.textbook_settings import TextbookSettings
     from stiction.limitcycle import LimitCycle
     from stiction.models import Loop
+    from stiction.simulation.swing import Swing
 
 __all__ = ["describe_crossings", "describe_jump", "describe_ramp", "describe_sine"]
 

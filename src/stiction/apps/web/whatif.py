@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiction.apps.web.trend_signals import Swing, find_first_rise, measure_swing, thin
+from stiction.apps.web.trend_data import thin_columns
 from stiction.apps.web.whatif_text import describe_cycles, describe_trend
 from stiction.limitcycle.continuous_form import continuous_form
+from stiction.simulation.swing import Swing, find_first_rise, measure_swing
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -84,9 +85,9 @@ def simulate_trend(settings: WhatIfSettings, width: int = 1200) -> Trend:
     first = settled + find_first_rise(record.op[settled : settled + shown])
     pv, op, mv = (x[first : first + shown] for x in (record.pv, record.op, record.mv))
     op_swing, pv_swing = (measure_swing(x, dt, noisy=settings.noise > 0.0) for x in (op, pv))
-    keep = thin((pv, op, mv), width)
+    samples, thinned = thin_columns({"pv": pv, "op": op, "mv": mv}, width)
     sentence = describe_trend(settings, op_swing, pv_swing, op, pv)
-    return Trend(dt * keep.astype(np.float64), pv[keep], op[keep], mv[keep], sentence, op_swing, pv_swing)
+    return Trend(dt * samples, **thinned, sentence=sentence, op_swing=op_swing, pv_swing=pv_swing)
 
 
 def make_start_load(settings: WhatIfSettings, n: int) -> NDArray[np.float64]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from starlette.responses import JSONResponse, Response
@@ -12,8 +11,7 @@ from starlette.routing import Route, WebSocketRoute
 from stiction.apps.web.loop_routes import find_set
 from stiction.apps.web.simulation_answers import answer_start
 from stiction.apps.web.simulation_socket import answer_questions
-from stiction.apps.web.whatif_quantities import COMPENSATORS, QUANTITIES, VALVE_MODELS
-from stiction.apps.web.whatif_settings import WhatIfSettings
+from stiction.apps.web.whatif_settings import COMPENSATORS, VALVE_MODELS, WhatIfSettings
 
 if TYPE_CHECKING:
     from starlette.requests import Request
@@ -28,13 +26,8 @@ MAX_CACHED_STARTS = 50
 
 async def _options(_: Request) -> Response:
     """What the screen can move, and the example that it shows without a record."""
-    body: dict[str, Any] = {
-        "quantities": {name: asdict(one) for name, one in QUANTITIES.items()},
-        "models": VALVE_MODELS,
-        "compensators": COMPENSATORS,
-        "example": WhatIfSettings().to_dict(),
-    }
-    return JSONResponse(body)
+    choices = {"models": VALVE_MODELS, "compensators": COMPENSATORS}
+    return JSONResponse({**WhatIfSettings.options(), **choices})
 
 
 async def _start(request: Request) -> Response:

@@ -4,20 +4,37 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING
 
-from stiction.apps.web.screen_settings import ScreenSettings
-from stiction.apps.web.whatif_quantities import COMPENSATORS, QUANTITIES, VALVE_MODELS
+from stiction.apps.web.screen_settings import ScreenSettings, choice, quantity
 from stiction.errors import ParameterError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from stiction.models import PID, Loop, Valve
     from stiction.models.compensators import Compensator
 
-__all__ = ["WhatIfSettings"]
+__all__ = ["COMPENSATORS", "VALVE_MODELS", "WhatIfSettings"]
 
+VALVE_MODELS = {
+    "kano": "Kano: S and J",
+    "choudhury": "Choudhury: S and J",
+    "he": "He: rests after every move",
+    "stenman": "Stenman: one band d = (S + J) / 2",
+    "srinivasan": "Three parameters: sb, sj and a rate r",
+    "ideal": "Good valve: no stiction",
+}
+"""Name of a valve model in the address -> its name on the screen."""
+COMPENSATORS = {
+    "none": "None",
+    "Knocker": "Knocker",
+    "ConstantReinforcement": "Constant reinforcement",
+    "VariablePulses": "Variable pulses",
+    "Cuadros": "Knocker that stops",
+    "IntegralDeadband": "Integral deadband",
+    "TwoMove": "Two moves",
+    "FourMove": "Four moves",
+}
+"""Name of a compensator in the address -> its name on the screen."""
 MAX_SAMPLES = 200_000
 """Most samples that one simulation may take [-]."""
 SETTLING_WINDOWS = 3.0
@@ -27,35 +44,6 @@ SETTLING_WINDOWS = 3.0
 @dataclass(frozen=True)
 class WhatIfSettings(ScreenSettings):
     """The loop of the what-if screen, in the numbers of its sliders.
-
-    Parameters
-    ----------
-    model, compensator : str
-        One of `VALVE_MODELS` and of `COMPENSATORS`.
-    S, J : float
-        Deadband plus stickband and slip jump [% of span].
-    r : float
-        Rate of the three-parameter valve [% of span / s].
-    Kc : float
-        Controller gain [% of span per PV unit].
-    Ti, Td : float
-        Integral and derivative time [s].
-    gain : float
-        Process gain [PV units per % of span]; of an integrating process per second of it.
-    tau, lag, dead_time : float
-        First and second time constant, dead time [s].
-    integrating : bool
-        Whether the process integrates; `tau` is then its lag.
-    noise : float
-        Standard deviation of the noise on the PV [PV units].
-    duration : float
-        Time shown [s].
-    dt : float
-        Sampling period [s].
-    sp, op : float
-        Set point [PV units] and mean OP [% of span].
-    op_low, op_high : float
-        Limits of OP [% of span].
 
     Raises
     ------
@@ -70,29 +58,30 @@ class WhatIfSettings(ScreenSettings):
     """
 
     SCREEN = "the what-if screen"
-    QUANTITIES = QUANTITIES
-    CHOICES: ClassVar[Mapping[str, Mapping[str, str]]] = {"model": VALVE_MODELS, "compensator": COMPENSATORS}
 
-    model: str = "kano"
-    compensator: str = "none"
-    S: float = 5.0
-    J: float = 2.0
-    r: float = 0.1
-    Kc: float = 0.2
-    Ti: float = 10.0
-    Td: float = 0.0
-    gain: float = 3.0
-    tau: float = 10.0
-    lag: float = 0.0
-    dead_time: float = 10.0
+    model: str = choice("kano", VALVE_MODELS)
+    compensator: str = choice("none", COMPENSATORS)
+    S: float = quantity(5.0, "Deadband plus stickband S", "% of span", 0.0, 100.0, group="valve")
+    J: float = quantity(2.0, "Slip jump J", "% of span", 0.0, 100.0, group="valve")
+    r: float = quantity(0.1, "Rate r below which the stem sticks", "% of span / s", 0.0, 1e4, "log", group="valve")
+    Kc: float = quantity(0.2, "Controller gain Kc", "% of span per PV unit", -1e6, 1e6, "log", group="controller")
+    Ti: float = quantity(10.0, "Integral time Ti", "s", 1e-3, 1e7, "log", group="controller")
+    Td: float = quantity(0.0, "Derivative time Td", "s", 0.0, 1e6, group="controller")
+    gain: float = quantity(3.0, "Process gain", "PV units per % of span", -1e6, 1e6, "log", group="process")
+    """Of an integrating process per second."""
+    tau: float = quantity(10.0, "Time constant", "s", 0.0, 1e7, "log", group="process")
+    """Of an integrating process its lag."""
+    lag: float = quantity(0.0, "Second time constant", "s", 0.0, 1e6, group="process")
+    dead_time: float = quantity(10.0, "Dead time", "s", 0.0, 1e6, group="process")
     integrating: bool = False
-    noise: float = 0.0
-    duration: float = 600.0
-    dt: float = 1.0
-    sp: float = 150.0
-    op: float = 50.0
-    op_low: float = 0.0
-    op_high: float = 100.0
+    """Whether the process integrates."""
+    noise: float = quantity(0.0, "Noise of the PV (standard deviation)", "PV units", 0.0, 1e6, group="simulation")
+    duration: float = quantity(600.0, "Time shown", "s", 1e-2, 1e8, "log", group="simulation")
+    dt: float = quantity(1.0, "Sampling period", "s", 1e-4, 1e5, "log", group="simulation")
+    sp: float = quantity(150.0, "Set point", "PV units", -1e12, 1e12, group="simulation")
+    op: float = quantity(50.0, "Mean OP", "% of span", -1e3, 1e3, group="simulation")
+    op_low: float = quantity(0.0, "Lower limit of OP", "% of span", -1e9, 1e9, group="simulation")
+    op_high: float = quantity(100.0, "Upper limit of OP", "% of span", -1e9, 1e9, group="simulation")
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiction.apps.web.trend_signals import find_first_rise, measure_swing, thin
+from stiction.apps.web.trend_data import thin_columns
 from stiction.apps.web.whatif_settings import WhatIfSettings
-from stiction.apps.web.whatif_values import values_from_diagnosis
+from stiction.compensation.known_loop import values_from_diagnosis
 from stiction.display.duration_format import format_seconds
 from stiction.display.number_format import format_number
 from stiction.errors import ParameterError, RecordError
+from stiction.simulation.swing import find_first_rise, measure_swing
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -129,9 +130,8 @@ def _middle_part(segment: Any, duration: float, width: int) -> dict[str, NDArray
     start = max((len(segment) - 2 * n) // 2, 0)
     first = start + find_first_rise(segment.op[start : start + n])
     stop = min(first + n, len(segment))
-    pv, op = segment.pv[first:stop], segment.op[first:stop]
-    keep = thin((pv, op), width)
-    return {"time": keep * segment.dt, "pv": pv[keep], "op": op[keep]}
+    samples, thinned = thin_columns({"pv": segment.pv[first:stop], "op": segment.op[first:stop]}, width)
+    return {"time": samples * segment.dt, **thinned}
 
 
 def _describe_record(diagnosis: Diagnosis, op: NDArray[np.float64], dt: float) -> str:

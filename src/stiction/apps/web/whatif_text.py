@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from stiction.apps.web.trend_signals import Swing
     from stiction.apps.web.whatif_settings import WhatIfSettings
     from stiction.models import Loop
+    from stiction.simulation.swing import Swing
 
 __all__ = ["describe_cycles", "describe_trend"]
 

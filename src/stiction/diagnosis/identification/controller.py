@@ -19,18 +19,13 @@ from stiction.diagnosis.identification.controller_forms import (
     positions,
 )
 from stiction.diagnosis.identification.result import ControllerFit
-from stiction.errors import RecordError
-from stiction.records.gaps import forward_fill
-from stiction.records.quality.moving_average import detect_averaging_window
-from stiction.records.quality.quantisation import count_values, quantisation_step
-from stiction.records.quantiles import robust_std
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from numpy.typing import NDArray
 
-    from stiction.records.record import LoopRecord
+    from stiction.diagnosis.segment import JudgedSegment
 
 __all__ = ["COMPUTED", "EXACT", "at_limit", "fit_controller"]
 
@@ -52,12 +47,7 @@ NEIGHBOURS = 3
 """Samples on either side that tell a sample of the PV [-]: enough for three sines."""
 
 
-def fit_controller(
-    record: LoopRecord,
-    missing: NDArray[np.bool_] | None = None,
-    steps: tuple[float, float] | None = None,
-    is_averaged: bool | None = None,
-) -> ControllerFit:
+def fit_controller(segment: JudgedSegment) -> ControllerFit:
     """Fit OP = Kc (e + int e dt / Ti + Td de/dt) and name the form.
 
     Without a set point a P controller is named, and its sign told, only where it explains all moves of OP: a PV that
@@ -68,24 +58,13 @@ def fit_controller(
 
     Parameters
     ----------
-    record : LoopRecord
-        A record with PV; without SP, a constant one is assumed.
-    missing : ndarray of bool, shape (n_samples,), optional
-        Samples of which OP or PV was not recorded, where their gaps are filled.
-    steps : (float, float), optional
-        Quantisation steps of OP [% of span] and PV [its unit], when they are known.
-    is_averaged : bool, optional
-        Whether OP and PV are moving averages, when it is known.
+    segment : JudgedSegment
+        The judged part of a record; without SP, a constant one is assumed.
 
     Returns
     -------
     ControllerFit
         The controller and how much of the OP it explains.
-
-    Raises
-    ------
-    RecordError
-        When the record has no PV or no samples, or OP, PV or SP has no valid one.
 
     Notes
     -----
@@ -96,20 +75,17 @@ def fit_controller(
     --------
     >>> import stiction as st
     >>> from stiction.diagnosis.identification import fit_controller
+    >>> from stiction.diagnosis.segment import judge_segment
     >>> loop = st.Loop(st.PID(0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
-    >>> found = fit_controller(st.simulate(loop, sp=10.0, duration=2000.0))
+    >>> found = fit_controller(judge_segment(st.simulate(loop, sp=10.0, duration=2000.0)))
     >>> found.form, round(found.Kc, 3), round(found.Ti, 2)
     ('PI', 0.2, 10.0)
     """
-    if record.pv is None:
-        raise RecordError(f"{record.tag} has no PV; a controller is fitted from OP and PV.")
-    if not len(record):
-        raise RecordError(f"{record.tag} has no samples; a controller is fitted from OP and PV.")
-    op, pv = forward_fill(record.op, fill_start=True), forward_fill(record.pv, fill_start=True)
-    sp = np.full_like(pv, pv.mean()) if record.sp is None else forward_fill(record.sp, fill_start=True)
-    valid = np.isfinite(record.op) & np.isfinite(record.pv) if missing is None else ~missing
-    if record.sp is not None:
-        valid &= np.isfinite(record.sp)
+    op, pv, record = segment.op, segment.pv, segment.part
+    if not op.size:
+        return _none("No samples of OP and PV can be used.")
+    sp = np.full_like(pv, pv.mean()) if record.sp is None else record.sp
+    valid = ~segment.signals.missing
     if record.auto is not None:
         valid &= record.auto
     limited = at_limit(op)
@@ -126,14 +102,14 @@ def fit_controller(
     full = data.unexplained(moving)
     left = energy_of(full) / energy_of(data.y)
     own, as_rounded = left <= COMPUTED, False
-    steps = steps or (quantisation_step(op), quantisation_step(pv))
+    steps = segment.signals.op_step, segment.signals.pv_step
     if not own and any(steps):
         law = best_form(data, moving, 0.0, record.dt, exact=True).weights
         rounding = _rounding(law, record.dt, *steps)
         as_rounded = energy_of(full) <= AS_ROUNDED * rounding * full.size
         own = as_rounded and _stands_out(_between(law, record.dt, pv, steps[1]), full, rounding)
     if own:  # a filter of both leaves the law as it is
-        own = not (detect_averaging_window(op, pv) if is_averaged is None else is_averaged)
+        own = not segment.is_averaged
     exact = as_rounded or left <= EXACT
     trapezoid = 0.0 if exact else 0.5
     data.columns[1] -= trapezoid * record.dt * data.columns[0]
@@ -199,7 +175,7 @@ def _without_bumps(data: Regression, moving: bool) -> tuple[Regression, int]:
     for _ in range(2):
         left = data.unexplained(moving, kept)
         left = np.abs(left - np.median(left))
-        keep = left <= 6.0 * max(robust_std(left, centre=0.0), least)
+        keep = left <= 6.0 * max(1.4826 * float(np.median(left)), least)
         bumps = int(keep.size - keep.sum())
         if not 0 < bumps <= 0.05 * keep.size:
             return data, 0
@@ -218,7 +194,7 @@ def at_limit(op: NDArray[np.float64]) -> NDArray[np.bool_]:
     rests = (length >= max(3.0, 3.0 * usual)) & ((value == value.max()) | (value == value.min()))
     out = np.isin(op, np.unique(value[rests])) if rests.any() else np.zeros(op.size, dtype=bool)
     # An OP of a few rounded values has rests, not limits.
-    return out if count_values(op[~out], 3) > 2 else np.zeros(op.size, dtype=bool)
+    return out if np.unique(op[~out]).size > 2 else np.zeros(op.size, dtype=bool)
 
 
 def _rounding(law: Mapping[int, float], dt: float, op_step: float, pv_step: float) -> float:

@@ -11,9 +11,9 @@ from stiction.diagnosis.identification.alternatives import alternative_costs, go
 from stiction.diagnosis.identification.candidates import joined
 from stiction.diagnosis.identification.dead_zone import DeadZone
 from stiction.diagnosis.identification.intervals import interval_features, intervals, segment_estimates, trend
-from stiction.diagnosis.identification.process_fit import compared_part, fit_process, simulate_process
+from stiction.diagnosis.identification.process_fit import fit_process, in_seconds, pv_on_record
 from stiction.diagnosis.identification.regression import MAX_POSITION_LAG, build_regression, one_thread
-from stiction.diagnosis.identification.result import Identification, LikelihoodSurface, ProcessFit, Segment
+from stiction.diagnosis.identification.result import Identification, LikelihoodSurface, Segment
 from stiction.diagnosis.identification.search import (
     first_grid,
     refine_valve,
@@ -21,7 +21,7 @@ from stiction.diagnosis.identification.search import (
     search_deadband,
     search_valve,
 )
-from stiction.diagnosis.identification.signals import BlockSignals, block_signals, remove_local_mean
+from stiction.diagnosis.identification.signals import BlockSignals, block_signals
 from stiction.diagnosis.identification.stems import whole_position
 from stiction.records.quality.movement import count_reversals
 
@@ -29,12 +29,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stiction.diagnosis.identification.candidates import Candidates, Valve
-    from stiction.diagnosis.identification.process_fit import FittedProcess
     from stiction.diagnosis.identification.regression import Regression
     from stiction.diagnosis.identification.result import ControllerFit
     from stiction.diagnosis.segment import JudgedSegment
 
-__all__ = ["ValveSearch", "identify_valve", "in_seconds", "pv_on_record", "search_record"]
+__all__ = ["ValveSearch", "identify_valve", "search_record"]
 
 STICKY_SEGMENT = 12.0
 """Twice the log likelihood ratio from which a part of the record counts as sticky [-]: twice the 95 % point of
@@ -162,33 +161,6 @@ def identify_valve(segment: JudgedSegment, controller: ControllerFit) -> Identif
 
 NOT_EXACT = "The record does not show every move of the controller output, which widens the interval of S."
 """Remark on a record that is slower than its controller, averaged or compressed."""
-
-
-def in_seconds(process: FittedProcess, dt: float) -> ProcessFit:
-    """A process in units of blocks of `dt` [s] as one in seconds."""
-    integrating = bool(np.isinf(process.slow))
-    slow = 0.0 if integrating else process.slow
-    return ProcessFit(
-        gain=process.gain / dt if integrating else process.gain,
-        time_constant=(slow + process.fast) * dt,
-        dead_time=process.dead_time * dt,
-        integrating=integrating,
-        lag=0.0 if integrating else process.fast * dt,
-    )
-
-
-def pv_on_record(
-    signals: BlockSignals, position: NDArray[np.float64], process: FittedProcess, n_samples: int
-) -> NDArray[np.float64]:
-    """Simulated PV at the samples of the record [engineering units]; NaN where it was not compared."""
-    drift = signals.pv - remove_local_mean(signals.pv, signals.period)
-    pv = drift + simulate_process(position, process, signals.period)
-    compared = compared_part(pv.size, signals.period)
-    out = np.full(n_samples, np.nan)
-    samples = np.arange(compared.start * signals.samples, compared.stop * signals.samples)
-    centres = (np.arange(pv.size) + 0.5) * signals.samples - 0.5
-    out[signals.first + samples] = np.interp(samples, centres, pv)
-    return out
 
 
 def _segments(

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stiction.diagnosis.identification.controller import fit_controller
-from stiction.diagnosis.identification.identify import identify_valve, in_seconds, pv_on_record
+from stiction.diagnosis.identification.identify import identify_valve
 from stiction.diagnosis.identification.model_fit import fit_stenman, likely_candidates, likely_range
 from stiction.diagnosis.identification.position import fit_position, with_position
-from stiction.diagnosis.identification.process_fit import fit_process
+from stiction.diagnosis.identification.process_fit import fit_process, in_seconds, pv_on_record
 from stiction.diagnosis.identification.regression import build_regression, one_thread
 from stiction.diagnosis.identification.signals import block_signals
 from stiction.diagnosis.identification.three_parameter import (
@@ -117,9 +117,7 @@ class SegmentFit:
 
 def fit_segment(segment: JudgedSegment) -> SegmentFit:
     """Fit controller, Kano's valve and process to a judged segment, as `identify` and `diagnose` do."""
-    signals, mv = segment.signals, segment.part.mv
-    steps = signals.op_step, signals.pv_step
-    controller = fit_controller(segment.part, signals.missing, steps, segment.is_averaged)
+    mv, controller = segment.part.mv, fit_controller(segment)
     position = None if mv is None else fit_position(segment.op, mv)
     return SegmentFit(segment, controller, identify_valve(segment, controller), position)
 

@@ -10,6 +10,7 @@ import numpy as np
 from stiction.diagnosis.identification.candidates import evaluated
 from stiction.diagnosis.identification.regression import MIN_ERROR
 from stiction.diagnosis.identification.stems import as_valve_arrays, valve_positions
+from stiction.models.processes.first_order_lag import first_order_lag
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -227,10 +228,8 @@ def _lagged(x: NDArray[np.float64], lag: float) -> NDArray[np.float64]:
     """Answer of a first-order lag [samples] of unit gain, at rest at the first value."""
     if lag == 0.0:
         return x
-    from scipy.signal import lfilter
-
     decay = float(np.exp(-1.0 / lag))
-    return lfilter([1.0 - decay], [1.0, -decay], x, axis=1, zi=decay * x[:, :1])[0]
+    return first_order_lag(x, decay, start=x[:, 0])
 
 
 def position_regression(signal: PositionSignal) -> PositionRegression:

@@ -7,13 +7,17 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stiction.diagnosis.identification.signals import remove_local_mean
+from stiction.diagnosis.identification.result import ProcessFit
 from stiction.diagnosis.identification.stems import process_products
+from stiction.models.processes.first_order_lag import first_order_lag
+from stiction.records.fast_length import next_fast_length
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["FittedProcess", "fit_process", "simulate_process"]
+    from stiction.diagnosis.identification.signals import BlockSignals
+
+__all__ = ["FittedProcess", "fit_process", "in_seconds", "pv_on_record", "remove_local_mean", "simulate_process"]
 
 
 class FittedProcess(NamedTuple):
@@ -110,16 +114,12 @@ def fit_process(
 
 def _lagged(u: NDArray[np.float64], slow: float, fast: float) -> NDArray[np.float64]:
     """Answer of one or two lags of unit gain, or of an integrator, to a signal."""
-    from scipy.signal import lfilter
-
     if np.isinf(slow):
         y = np.cumsum(u)
     else:
-        keep = np.exp(-1.0 / max(slow, 1e-3))
-        y = np.asarray(lfilter([1.0 - keep], [1.0, -keep], u))
+        y = first_order_lag(u, float(np.exp(-1.0 / max(slow, 1e-3))))
     if fast > 0.0:
-        keep = np.exp(-1.0 / max(fast, 1e-3))
-        y = np.asarray(lfilter([1.0 - keep], [1.0, -keep], y))
+        y = first_order_lag(y, float(np.exp(-1.0 / max(fast, 1e-3))))
     return y
 
 
@@ -141,12 +141,10 @@ def _best_delays(
     answers: NDArray[np.float64], target: NDArray[np.float64], compared: slice, max_delay: int, sign: float
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Smallest error of each answer over all dead times, with the gain by least squares, and that dead time."""
-    from scipy.fft import next_fast_len
-
     n = target.size
     wanted = np.zeros(n)
     wanted[compared] = target[compared]
-    size = next_fast_len(n + max_delay, real=True)
+    size = next_fast_length(n + max_delay)
     spectrum = np.fft.rfft(answers, size, axis=1).conj() * np.fft.rfft(wanted, size)
     cross = np.fft.irfft(spectrum, size, axis=1)[:, : max_delay + 1]
     total = np.cumsum(np.pad(answers**2, ((0, 0), (1, 0))), axis=1)
@@ -156,3 +154,49 @@ def _best_delays(
     explained = np.where(gain * sign < 0.0, 0.0, cross * gain)
     delay = np.argmax(explained, axis=1)
     return 1.0 - explained[np.arange(len(answers)), delay] / float(wanted @ wanted), delay
+
+
+def in_seconds(process: FittedProcess, dt: float) -> ProcessFit:
+    """A process in units of blocks of `dt` [s] as one in seconds."""
+    integrating = bool(np.isinf(process.slow))
+    slow = 0.0 if integrating else process.slow
+    return ProcessFit(
+        gain=process.gain / dt if integrating else process.gain,
+        time_constant=(slow + process.fast) * dt,
+        dead_time=process.dead_time * dt,
+        integrating=integrating,
+        lag=0.0 if integrating else process.fast * dt,
+    )
+
+
+def pv_on_record(
+    signals: BlockSignals, position: NDArray[np.float64], process: FittedProcess, n_samples: int
+) -> NDArray[np.float64]:
+    """Simulated PV at the samples of the record [engineering units]; NaN where it was not compared."""
+    drift = signals.pv - remove_local_mean(signals.pv, signals.period)
+    pv = drift + simulate_process(position, process, signals.period)
+    compared = compared_part(pv.size, signals.period)
+    out = np.full(n_samples, np.nan)
+    samples = np.arange(compared.start * signals.samples, compared.stop * signals.samples)
+    centres = (np.arange(pv.size) + 0.5) * signals.samples - 0.5
+    out[signals.first + samples] = np.interp(samples, centres, pv)
+    return out
+
+
+def remove_local_mean(x: NDArray[np.float64], period: float | None) -> NDArray[np.float64]:
+    """Take the moving average over one period off a signal, or its mean where there is no period.
+
+    An oscillation of that period passes unchanged; constants and ramps vanish, so that a slow load does not matter.
+
+    The period is in samples. At the ends, where no whole period is centred, the nearest average is taken off.
+    """
+    n = x.shape[-1]
+    half = 0 if period is None else min(max(round(period / 2.0), 2), max((n - 1) // 4, 1))
+    if half == 0:
+        return x - x.mean(axis=-1, keepdims=True)
+    total = np.cumsum(np.concatenate([np.zeros((*x.shape[:-1], 1)), x], axis=-1), axis=-1)
+    width = 2 * half
+    # Half weight at both ends of the window, so that it is as long as the period.
+    mean = 0.5 * (total[..., width:-1] - total[..., : -width - 1] + total[..., width + 1 :] - total[..., 1:-width])
+    mean = np.concatenate([mean[..., :1].repeat(half, -1), mean, mean[..., -1:].repeat(half, -1)], axis=-1) / width
+    return x - mean

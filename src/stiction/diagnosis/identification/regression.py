@@ -16,6 +16,7 @@ import numpy as np
 
 from stiction.diagnosis.identification.candidates import evaluated
 from stiction.diagnosis.identification.stems import add_lag_products, as_valve_arrays, valve_positions
+from stiction.models.processes.first_order_lag import first_order_lag
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -85,11 +86,8 @@ class Regression:
 
     def behind_lag(self, lag: float) -> Regression:
         """The same with an actuator that follows OP with a lag [samples of `op`]."""
-        from scipy.signal import lfilter
-
         keep = float(np.exp(-1.0 / max(lag, 1e-3)))
-        air, _ = lfilter([1.0 - keep], [1.0, -keep], self.op, zi=np.array([keep * self.op[0]]))
-        return replace(self, op=np.ascontiguousarray(air))
+        return replace(self, op=first_order_lag(self.op, keep, start=float(self.op[0])))
 
     def evaluate(self, valves: NDArray[np.float64]) -> Candidates:
         """Candidate valves, rows of (S, J / S, rests, start), with their costs."""

@@ -9,7 +9,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["BlockSignals", "block_signals", "remove_local_mean"]
+__all__ = ["BlockSignals", "block_signals"]
 
 
 class BlockSignals(NamedTuple):
@@ -77,22 +77,3 @@ def block_signals(
         np.ascontiguousarray(fewer), pv[used].reshape(count, size).mean(axis=1), size // average, size, first,
         None if period is None else period / size, lost,
     )  # fmt: skip
-
-
-def remove_local_mean(x: NDArray[np.float64], period: float | None) -> NDArray[np.float64]:
-    """Take the moving average over one period off a signal, or its mean where there is no period.
-
-    An oscillation of that period passes unchanged; constants and ramps vanish, so that a slow load does not matter.
-
-    The period is in samples. At the ends, where no whole period is centred, the nearest average is taken off.
-    """
-    n = x.shape[-1]
-    half = 0 if period is None else min(max(round(period / 2.0), 2), max((n - 1) // 4, 1))
-    if half == 0:
-        return x - x.mean(axis=-1, keepdims=True)
-    total = np.cumsum(np.concatenate([np.zeros((*x.shape[:-1], 1)), x], axis=-1), axis=-1)
-    width = 2 * half
-    # Half weight at both ends of the window, so that it is as long as the period.
-    mean = 0.5 * (total[..., width:-1] - total[..., : -width - 1] + total[..., width + 1 :] - total[..., 1:-width])
-    mean = np.concatenate([mean[..., :1].repeat(half, -1), mean, mean[..., -1:].repeat(half, -1)], axis=-1) / width
-    return x - mean

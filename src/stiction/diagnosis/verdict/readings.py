@@ -19,6 +19,8 @@ def compare_readings(found: Sequence[Diagnosis]) -> Diagnosis:
     Each is the diagnosis of the same record, by one reading of its quality codes (`Provenance.quality_reading`).
     """
     first = found[0]
+    if len(found) == 1:
+        return first
     read = [one.record.provenance.quality_reading for one in found]
     if all(one.verdict == first.verdict for one in found):
         origin = first.record.provenance

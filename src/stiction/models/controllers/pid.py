@@ -42,7 +42,9 @@ def pid_step(sp: float, pv: float, s: PIDState, manual: float, p) -> PIDState:
     proportional = p[0] * (p[4] * sp - pv)
     gain = p[1] * (sp - pv)
     error = p[5] * sp - pv
-    derivative = p[3] * s.derivative + p[2] * (error - s.error)
+    derivative = 0.0
+    if p[2] != 0.0:
+        derivative = p[3] * s.derivative + p[2] * (error - s.error)
     if manual == manual:
         op = min(max(manual, p[6]), p[7])
         return PIDState(op, op - proportional - derivative, derivative, error)

@@ -22,16 +22,16 @@ PERIODS = 8
 
 def autocorrelation(view: LoopView) -> Figure | None:
     """Return the autocorrelation over the lag; None when there is none."""
-    found, dt = view.diagnosis.oscillation, view.diagnosis.record.dt
-    known = bool(np.isfinite(found.period)) and found.period > 0.0
-    acf = found.acf[: int(PERIODS * found.period / dt) + 2] if known else found.acf
+    oscillation, dt = view.diagnosis.oscillation, view.diagnosis.record.dt
+    known = bool(np.isfinite(oscillation.period)) and oscillation.period > 0.0
+    acf = oscillation.acf[: int(PERIODS * oscillation.period / dt) + 2] if known else oscillation.acf
     if acf.size < 2:
         return None
     name, size = labels.time_unit(acf.size * dt)
     lag = np.arange(acf.size) * dt / size
     drawn = downsample(acf)
     data = [style.trace(lag[drawn], acf[drawn], "acf", style.line_style(style.PV))]
-    marks = found.period * np.arange(1, PERIODS + 1) / size if known else np.empty(0)
+    marks = oscillation.period * np.arange(1, PERIODS + 1) / size if known else np.empty(0)
     layout = {
         "xaxis": {"title": {"text": f"Lag [{name}]"}, "range": [0.0, float(lag[-1])]},
         "yaxis": {"title": {"text": "Autocorrelation [-]"}, "zeroline": True, "zerolinecolor": style.BORDER_COLOR},
@@ -40,9 +40,11 @@ def autocorrelation(view: LoopView) -> Figure | None:
         "margin": {"t": style.BELOW_BUTTONS},
     }
     if known:
-        regular = labels.format_number(found.regularity) + (" or more" if found.regularity >= MOST_REGULAR else "")
+        regular = labels.format_number(oscillation.regularity) + (
+            " or more" if oscillation.regularity >= MOST_REGULAR else ""
+        )
         caption = (
-            f"Dotted lines mark multiples of the period, {labels.format_duration(found.period)};"
+            f"Dotted lines mark multiples of the period, {labels.format_duration(oscillation.period)};"
             f" regularity {regular} (above 1 is regular)."
         )
     else:

@@ -30,7 +30,7 @@ def before_after(trial: CompensationTrial) -> tuple[Figure, Figure] | None:
     """Return the trends of the PV and those of OP and valve position; None where no remedy was tried."""
     if not trial.trends or trial.twin is None:
         return None
-    names = [one.name for one in reversed(trial.remedies) if one.name in trial.trends]
+    names = [tried.name for tried in reversed(trial.remedies) if tried.name in trial.trends]
     names.sort(key=lambda name: (name != NO_ACTION, name == REPAIR))
     runs = {name: trial.trends[name] for name in names}
     steps = _step_times(next(iter(runs.values())))

@@ -23,7 +23,7 @@ MIN_PLOTTED = 0.005
 def contributions(view: LoopView) -> Figure | None:
     """Return a bar for each feature that contributes, the strongest at the top; None where no feature does."""
     rows = zip(feature_table(view.diagnosis)[:-1], view.diagnosis.contributions, strict=True)
-    plotted = [(row, one.log_odds) for row, one in rows if abs(one.log_odds) >= MIN_PLOTTED]
+    plotted = [(row, part.log_odds) for row, part in rows if abs(part.log_odds) >= MIN_PLOTTED]
     if not plotted:
         return None
     names, text = [name for (name, *_), _ in plotted], [row[-1] for row, _ in plotted]
@@ -48,11 +48,11 @@ def feature_table(diagnosis: Diagnosis) -> list[list[str]]:
     features = {feature.name: feature for feature in FEATURES}
     rows = [
         [
-            features[one.feature].label,
-            features[one.feature].formula,
-            labels.format_number(one.value),
-            f"{one.log_odds:+.2f}",
+            features[part.feature].label,
+            features[part.feature].formula,
+            labels.format_number(part.value),
+            f"{part.log_odds:+.2f}",
         ]
-        for one in diagnosis.contributions
+        for part in diagnosis.contributions
     ]
     return [*rows, ["average of all loops", "constant of the model", "\u2013", f"{diagnosis.average_log_odds:+.2f}"]]

@@ -36,8 +36,8 @@ TICKS = (-10000, -1000, -100, -20, 0, 20, 100, 1000, 10000, 100000)
 
 def likelihood_ratios(view: LoopView) -> Figure | None:
     """Return a bar for each other explanation, the strongest of them at the top; None without an identification."""
-    found = view.diagnosis.identification
-    ratios = finite_likelihood_ratios(found) if found is not None else []
+    identification = view.diagnosis.identification
+    ratios = finite_likelihood_ratios(identification) if identification is not None else []
     if not ratios:
         return None
     x = np.array([log_evidence(ratio) for _, ratio in ratios])
@@ -56,8 +56,8 @@ def likelihood_ratios(view: LoopView) -> Figure | None:
     return Figure(plot, "Sticky valve against other explanations", caption, 90 + 36 * len(ratios), table)
 
 
-def finite_likelihood_ratios(found: Identification) -> list[tuple[str, float]]:
+def finite_likelihood_ratios(identification: Identification) -> list[tuple[str, float]]:
     """Name and twice the log likelihood ratio of each alternative, ascending; ratios with an added load last."""
-    finite = [(name, ratio) for name, ratio in found.likelihood_ratios.items() if math.isfinite(ratio)]
-    ranked = sorted(finite, key=lambda one: (one[0] in STICKY_TOO, one[1]))
+    finite = [(name, ratio) for name, ratio in identification.likelihood_ratios.items() if math.isfinite(ratio)]
+    ranked = sorted(finite, key=lambda pair: (pair[0] in STICKY_TOO, pair[1]))
     return [(ALTERNATIVES.get(name, name.replace("_", " ")), ratio) for name, ratio in ranked]

@@ -23,9 +23,9 @@ COLOR_SCALE = [[0.0, "#FFFFFF"], [0.25, "#EAF0F4"], [0.6, "#BDD0DD"], [1.0, "#6C
 
 def likelihood_surface(view: LoopView) -> Figure | None:
     """Return the map of the likelihood ratio over S and J / S, with the estimate; None without a search."""
-    found = view.diagnosis.identification
-    surface = None if found is None else found.surface
-    if found is None or surface is None or min(surface.likelihood_ratio.shape, default=0) < 2:
+    identification = view.diagnosis.identification
+    surface = None if identification is None else identification.surface
+    if identification is None or surface is None or min(surface.likelihood_ratio.shape, default=0) < 2:
         return None
     ratio = surface.likelihood_ratio
     if not np.isfinite(ratio).any():
@@ -52,14 +52,18 @@ def likelihood_surface(view: LoopView) -> Figure | None:
         "Twice the log likelihood ratio over a good valve in the first, coarse search; white: not better than a good "
         "valve. A long dark band means that the record does not determine S and J well."
     )
-    if np.isfinite([found.S, found.J]).all() and found.S > 0.0:
-        data += _estimate(found)
-        across = [across[0], max(across[1], min(1.03 * found.S_high, 1.5 * across[1]))]
-        up = [up[0], max(up[1], min(1.03 * found.J_high / found.S, 1.5 * up[1]))]
+    if np.isfinite([identification.S, identification.J]).all() and identification.S > 0.0:
+        data += _estimate(identification)
+        across = [across[0], max(across[1], min(1.03 * identification.S_high, 1.5 * across[1]))]
+        up = [up[0], max(up[1], min(1.03 * identification.J_high / identification.S, 1.5 * up[1]))]
         source = (
-            "by the recorded valve position" if found.by_position else "by the final search, on all samples, corrected"
+            "by the recorded valve position"
+            if identification.by_position
+            else "by the final search, on all samples, corrected"
         )
-        caption += f" The cross is the estimate {source}: {labels.stiction_size(found, view.diagnosis.record)}."
+        caption += (
+            f" The cross is the estimate {source}: {labels.stiction_size(identification, view.diagnosis.record)}."
+        )
     if not view.valve_is_accepted:
         caption += " The verdict does not rely on it."
     layout = {
@@ -95,13 +99,17 @@ def _maximum(surface: LikelihoodSurface) -> dict[str, Any]:
     }
 
 
-def _estimate(found: Identification) -> list[dict[str, Any]]:
+def _estimate(identification: Identification) -> list[dict[str, Any]]:
     """S and J with the cross of their intervals; the interval of an undetermined J is dashed."""
-    name, ratio = "estimate", found.J / found.S
-    dash = "dash" if found.J_undetermined else "solid"
+    name, ratio = "estimate", identification.J / identification.S
+    dash = "dash" if identification.J_undetermined else "solid"
     intervals = {
-        "S": ([found.S_low, found.S_high], [ratio, ratio], "solid"),
-        "J": ([found.S, found.S], [found.J_low / found.S, found.J_high / found.S], dash),
+        "S": ([identification.S_low, identification.S_high], [ratio, ratio], "solid"),
+        "J": (
+            [identification.S, identification.S],
+            [identification.J_low / identification.S, identification.J_high / identification.S],
+            dash,
+        ),
     }
     cross: list[dict[str, Any]] = [
         style.trace(x, y, f"95 % interval of {what}", {"color": style.TEXT_COLOR, "width": 2.0, "dash": kind})
@@ -111,8 +119,8 @@ def _estimate(found: Identification) -> list[dict[str, Any]]:
     ]
     line = {"color": style.TEXT_COLOR, "width": 2}
     mark = {"symbol": "diamond", "size": 10, "color": "#FFFFFF", "line": line}
-    if found.J_undetermined:
+    if identification.J_undetermined:
         mark = {"symbol": "line-ns", "size": 12, "color": style.TEXT_COLOR, "line": line}
         name += ", J undetermined"
-    point = {"type": "scatter", "mode": "markers", "x": [found.S], "y": [ratio], "name": name, "marker": mark}
+    point = {"type": "scatter", "mode": "markers", "x": [identification.S], "y": [ratio], "name": name, "marker": mark}
     return [*cross, point | {"legendgroup": "estimate"}]

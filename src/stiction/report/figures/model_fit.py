@@ -15,8 +15,8 @@ __all__ = ["model_fit"]
 
 def model_fit(view: LoopView) -> Figure | None:
     """Return recorded and simulated PV with the residual below; None without an identification or a PV."""
-    record, found = view.diagnosis.record, view.diagnosis.identification
-    if record.pv is None or found is None:
+    record, identification = view.diagnosis.record, view.diagnosis.identification
+    if record.pv is None or identification is None:
         return None
     first, last = view.analysed
     residual = record.pv - view.model
@@ -37,7 +37,7 @@ def model_fit(view: LoopView) -> Figure | None:
         "yaxis2": {"domain": [0.0, 0.28], "title": {"text": "residual"}, **zero},
         "hovermode": "x",
     }
-    sticky, good = labels.format_number(found.fit), labels.format_number(found.fit_linear)
+    sticky, good = labels.format_number(identification.fit), labels.format_number(identification.fit_linear)
     caption = (
         f"Simulated from OP, the sticky valve and its process explain {sticky} % of the variation of the PV about its "
         f"moving average, a good valve and its process {good} %. The {view.model_name} is drawn."

@@ -21,7 +21,7 @@ TIME_COLOR_SCALE = [[0.0, "#D3E2EC"], [1.0, style.PV]]
 
 def pv_op(view: LoopView) -> Figure | None:
     """Return the PV-OP plot of the last few periods; None without a PV."""
-    record, found, plotted = view.diagnosis.record, view.diagnosis.identification, last_periods(view)
+    record, identification, plotted = view.diagnosis.record, view.diagnosis.identification, last_periods(view)
     cut = plotted.cut
     if record.pv is None:
         return None
@@ -42,7 +42,7 @@ def pv_op(view: LoopView) -> Figure | None:
         }
     ]
     caption = f"{plotted.text}; early samples are pale, late ones dark"
-    if found is not None:
+    if identification is not None:
         data.append(style.trace(record.op[cut], view.model[cut], view.model_name, style.line_style(style.MODEL, 1.3)))
         caption += f"; the dash-dotted line is the PV simulated with the {view.model_name} from the same OP"
         if np.isnan(view.model[cut]).any():

@@ -28,10 +28,10 @@ def remedy_tradeoff(trial: CompensationTrial) -> Figure | None:
     now = trial[NO_ACTION].behaviour
     points = [
         (
-            math.log10(max(one.behaviour.travel / max(now.travel, 1e-300), MIN_PLOTTED_TRAVEL)),
-            100.0 * one.behaviour.pv_std / max(now.pv_std, 1e-300),
+            math.log10(max(tried.behaviour.travel / max(now.travel, 1e-300), MIN_PLOTTED_TRAVEL)),
+            100.0 * tried.behaviour.pv_std / max(now.pv_std, 1e-300),
         )
-        for one in trial.remedies
+        for tried in trial.remedies
     ]
     low, high = math.log10(MIN_PLOTTED_TRAVEL) - 0.1, max(max(x for x, _ in points) + 0.35, 0.6)
     top = max(112.0, 1.1 * max(y for _, y in points))
@@ -42,17 +42,17 @@ def remedy_tradeoff(trial: CompensationTrial) -> Figure | None:
         )
         for x, y in points
     ]
-    names = [f"<b>{one.name}</b>" if one.name == trial.recommended else one.name for one in trial.remedies]
+    names = [f"<b>{tried.name}</b>" if tried.name == trial.recommended else tried.name for tried in trial.remedies]
     texts = place_labels(names, at)
     data = []
-    for one, (x, y), (text, place) in zip(trial.remedies, points, texts, strict=True):
-        color, symbol = _marker_style(one, trial)
+    for tried, (x, y), (text, place) in zip(trial.remedies, points, texts, strict=True):
+        color, symbol = _marker_style(tried, trial)
         data.append({
-            "type": "scatter", "mode": "markers+text", "x": [10.0**x], "y": [y], "name": one.name,
+            "type": "scatter", "mode": "markers+text", "x": [10.0**x], "y": [y], "name": tried.name,
             "text": [text], "textposition": place, "showlegend": False, "cliponaxis": False,
             "textfont": {"size": 11, "color": style.TEXT_COLOR},
             "marker": {"color": color, "symbol": symbol, "size": 9},
-            "hovertemplate": f"{one.name}<br>PV std %{{y:.3~g}} %<br>travel × %{{x:.3~g}}<extra></extra>",
+            "hovertemplate": f"{tried.name}<br>PV std %{{y:.3~g}} %<br>travel × %{{x:.3~g}}<extra></extra>",
         })  # fmt: skip
     ticks = [t for t in (0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200) if low <= math.log10(t) <= high]
     data.sort(key=lambda trace: trace["name"] == trial.recommended)
@@ -78,11 +78,11 @@ def remedy_sensitivity(trial: CompensationTrial) -> Figure | None:
     """Return the PV deviation of each remedy as identified, for its worst seed, and with S and J off by 30 %."""
     if not trial.remedies:
         return None
-    ranked = [one for one in reversed(trial.remedies) if one.name != NO_ACTION]
-    names = [f"<b>{one.name}</b>" if one.name == trial.recommended else one.name for one in ranked]
-    plain = [100.0 * (1.0 - one.improvement) for one in ranked]
-    seed = [100.0 * (1.0 - one.improvement_low) for one in ranked]
-    worst = [100.0 * one.worst for one in ranked]
+    ranked = [tried for tried in reversed(trial.remedies) if tried.name != NO_ACTION]
+    names = [f"<b>{tried.name}</b>" if tried.name == trial.recommended else tried.name for tried in ranked]
+    plain = [100.0 * (1.0 - tried.improvement) for tried in ranked]
+    seed = [100.0 * (1.0 - tried.improvement_low) for tried in ranked]
+    worst = [100.0 * tried.worst for tried in ranked]
     spans = [(min(three), max(three)) for three in zip(plain, seed, worst, strict=True)]
     data: list[dict[str, Any]] = [
         {
@@ -111,12 +111,12 @@ def remedy_sensitivity(trial: CompensationTrial) -> Figure | None:
     return Figure({"data": data, "layout": layout}, "Sensitivity to S and J", caption, height=120 + 30 * len(ranked))
 
 
-def _marker_style(one: RemedyTrial, trial: CompensationTrial) -> tuple[str, str]:
-    if one.name == trial.recommended:
+def _marker_style(tried: RemedyTrial, trial: CompensationTrial) -> tuple[str, str]:
+    if tried.name == trial.recommended:
         return style.OP, "diamond"
-    if not one.at_hand:
+    if not tried.at_hand:
         return style.MV, "square"
-    return (style.TEXT_COLOR, "x") if one.name == NO_ACTION else (style.PV, "circle")
+    return (style.TEXT_COLOR, "x") if tried.name == NO_ACTION else (style.PV, "circle")
 
 
 def _reference_line(**ends: Any) -> dict[str, Any]:

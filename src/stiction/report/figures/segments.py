@@ -33,14 +33,14 @@ def segments(view: LoopView) -> Figure | None:
         {
             "type": "bar",
             "x": np.array([0.5 * (first + last) * step for first, last, _ in some]),
-            "y": np.array([one.S for *_, one in some]),
+            "y": np.array([part.S for *_, part in some]),
             "width": np.array([(last - first) * step for first, last, _ in some]),
             "name": name,
             "marker": {**marker, "line": {"color": style.TEXT_COLOR, "width": 1}},
             "hovertext": [
-                f"S {labels.format_number(one.S, unit)}, twice the log likelihood ratio over a good valve "
-                f"{labels.format_number(one.likelihood_ratio)}"
-                for *_, one in some
+                f"S {labels.format_number(part.S, unit)}, twice the log likelihood ratio over a good valve "
+                f"{labels.format_number(part.likelihood_ratio)}"
+                for *_, part in some
             ],
             "hoverinfo": "text",
         }
@@ -62,8 +62,8 @@ def segments(view: LoopView) -> Figure | None:
 
 def describe_drift(view: LoopView) -> str:
     """Return the drift of S with its standard error as a sentence; empty when it was not estimated."""
-    found = view.diagnosis.identification
-    if found is None or not np.isfinite([found.drift, found.drift_error]).all():
+    identification = view.diagnosis.identification
+    if identification is None or not np.isfinite([identification.drift, identification.drift_error]).all():
         return ""
-    drift, error = (labels.format_number(x, significant=2) for x in (found.drift, found.drift_error))
+    drift, error = (labels.format_number(x, significant=2) for x in (identification.drift, identification.drift_error))
     return f"S changes by {drift} {view.op_unit_short} per hour (standard error {error})."

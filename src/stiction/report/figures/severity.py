@@ -25,11 +25,11 @@ NO_BANDS = (
 """Note in place of the scale where S is in another unit."""
 
 
-def severity(found: Identification, record: LoopRecord) -> TrustedHtml:
+def severity(identification: Identification, record: LoopRecord) -> TrustedHtml:
     """Return the scale with S on it, or a note where S is in another unit."""
     if not record.op_in_percent:
         return TrustedHtml(NO_BANDS)
-    high = found.S_high if np.isfinite(found.S_high) else found.S
+    high = identification.S_high if np.isfinite(identification.S_high) else identification.S
     end = float(np.ceil(max(4.0, 1.15 * high)))
     edges = [0.0, *(min(limit, end) for limit, _ in SEVERITY_BANDS)]
     bands = [
@@ -39,13 +39,13 @@ def severity(found: Identification, record: LoopRecord) -> TrustedHtml:
     step = next(s for s in (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0) if end / s <= 10 or s == 50.0)
     ticks = [{"left": 100.0 * x / end, "text": f"{x:g}"} for x in np.arange(0.0, end + 1e-9, step)]
     interval = None
-    if np.isfinite([found.S_low, found.S_high]).all():
+    if np.isfinite([identification.S_low, identification.S_high]).all():
         interval = {
-            "left": 100.0 * found.S_low / end,
-            "width": 100.0 * max(found.S_high - found.S_low, 0.0) / end,
+            "left": 100.0 * identification.S_low / end,
+            "width": 100.0 * max(identification.S_high - identification.S_low, 0.0) / end,
         }
-    word = next(word for limit, word in SEVERITY_BANDS if limit > found.S or limit == np.inf)
-    label = f"{labels.stiction_size(found, record)}: {word}"
+    word = next(word for limit, word in SEVERITY_BANDS if limit > identification.S or limit == np.inf)
+    label = f"{labels.stiction_size(identification, record)}: {word}"
     return render_fragment(
-        "severity.html", bands=bands, ticks=ticks, interval=interval, at=100.0 * found.S / end, label=label
+        "severity.html", bands=bands, ticks=ticks, interval=interval, at=100.0 * identification.S / end, label=label
     )

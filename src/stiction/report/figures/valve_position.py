@@ -27,17 +27,17 @@ MIN_SIZE = 0.1
 
 def valve_position(view: LoopView) -> Figure | None:
     """Return valve position against OP over the last few periods; None when it is neither measured nor estimated."""
-    record, found, plotted = view.diagnosis.record, view.diagnosis.identification, last_periods(view)
+    record, identification, plotted = view.diagnosis.record, view.diagnosis.identification, last_periods(view)
     op, estimated = record.op[plotted.cut], view.valve_position[plotted.cut]
     data: list[dict[str, Any]] = []
     shapes: list[dict[str, Any]] = []
     notes: list[dict[str, Any]] = []
     if record.mv is not None:
         measured, name = record.mv[plotted.cut], "measured"
-        if found is not None:
+        if identification is not None:
             measured, name = _in_unit_of_op(measured, estimated, view.op_unit)
         data.append(style.trace(op, measured, name, style.line_style(style.MV, 2.0)))
-    if found is not None:
+    if identification is not None:
         name = "estimated" if view.valve_is_accepted else "sticky valve"
         if not view.valve_is_accepted and record.mv is None:
             data.append(style.trace(op, op, "good valve", style.line_style(style.MODEL, 1.5)))
@@ -45,10 +45,10 @@ def valve_position(view: LoopView) -> Figure | None:
             style.trace(op, estimated, name, style.line_style(style.MODEL if record.mv is not None else style.MV, 1.5))
         )
         if view.valve_is_accepted and plotted.has_slips:
-            shapes, notes = _dimensions(op, estimated, found, view)
+            shapes, notes = _dimensions(op, estimated, identification, view)
     if not data:
         return None
-    of_position = view.op_unit if found is not None or record.op_in_percent else "as recorded"
+    of_position = view.op_unit if identification is not None or record.op_in_percent else "as recorded"
     layout = {
         "margin": {"t": style.BELOW_BUTTONS},
         "xaxis": {"title": {"text": f"OP (controller output) [{view.op_unit}]"}},
@@ -58,29 +58,31 @@ def valve_position(view: LoopView) -> Figure | None:
         "showlegend": True,
     }
     how = {(True, False): "measured", (False, True): "estimated", (True, True): "measured and estimated"}
-    kind = how[record.mv is not None, found is not None]
-    caption = f"{plotted.text}{_describe_motion(found, view, has_slips=plotted.has_slips) if found is not None else ''}"
-    if found is not None and record.mv is None and view.valve_is_accepted:
+    kind = how[record.mv is not None, identification is not None]
+    caption = plotted.text
+    if identification is not None:
+        caption += _describe_motion(identification, view, has_slips=plotted.has_slips)
+    if identification is not None and record.mv is None and view.valve_is_accepted:
         caption += ". The position is estimated from OP and PV; it was not measured"
     return Figure({"data": data, "layout": layout}, f"Valve position against OP, {kind}", caption + ".", height=400)
 
 
-def _describe_motion(found: Identification, view: LoopView, *, has_slips: bool) -> str:
+def _describe_motion(identification: Identification, view: LoopView, *, has_slips: bool) -> str:
     """How the estimated valve moves after a reversal of OP, as the end of a sentence."""
     unit = view.op_unit_short
-    S = labels.format_interval(found.S, found.S_low, found.S_high)[0]
-    J, J_low, J_high = labels.format_interval(found.J, found.J_low, found.J_high)
+    S = labels.format_interval(identification.S, identification.S_low, identification.S_high)[0]
+    J, J_low, J_high = labels.format_interval(identification.J, identification.J_low, identification.J_high)
     if not view.valve_is_accepted:
         return f"; a good valve follows OP. The best sticky valve (S = {S}\u00a0{unit}) is not accepted by the verdict"
     if not has_slips:
         return "; the estimated valve position does not rest over S and then slip in them"
     interval = f"({J_low} to {J_high}\u00a0{unit})"
-    if labels.has_unknown_J(found):
+    if labels.has_unknown_J(identification):
         jump = f"; whether it then jumps is unknown {interval}"
-    elif found.J_undetermined:
+    elif identification.J_undetermined:
         jump = f", then it jumps by an uncertain J {interval}"
     else:
-        jump = f", then the valve jumps by J = {J}\u00a0{unit}" if found.J > 0.0 else "; no jump was found"
+        jump = f", then the valve jumps by J = {J}\u00a0{unit}" if identification.J > 0.0 else "; no jump was found"
     return f": after a reversal OP travels S = {S}\u00a0{unit} before the valve moves{jump}"
 
 
@@ -101,10 +103,10 @@ def _in_unit_of_op(
 
 
 def _dimensions(
-    op: NDArray[np.float64], mv: NDArray[np.float64], found: Identification, view: LoopView
+    op: NDArray[np.float64], mv: NDArray[np.float64], identification: Identification, view: LoopView
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
     """S along the rest before a slip in which OP travels farthest, and J at its end when it is determined."""
-    S, J, unit = found.S, found.J, view.op_unit_short
+    S, J, unit = identification.S, identification.J, view.op_unit_short
     if not np.isfinite([S, J]).all() or S <= 0.0:
         return [], []
     stuck = max(rests_before_slips(mv, op, S), key=lambda rest: float(np.ptp(op[rest])), default=None)
@@ -117,14 +119,14 @@ def _dimensions(
     end, height, width = turn + way * S, float(np.nanmax(mv) - np.nanmin(mv)), float(np.nanmax(op) - np.nanmin(op))
     y_S = level - way * 0.06 * max(height, least)
     shapes = [_line(turn, y_S, end, y_S), _tick(turn, level, y_S), _tick(end, level, y_S)]
-    text = f"S = {labels.format_interval(S, found.S_low, found.S_high)[0]} {unit}"
+    text = f"S = {labels.format_interval(S, identification.S_low, identification.S_high)[0]} {unit}"
     notes = [_note(0.5 * (turn + end), y_S, text, yanchor="bottom" if way < 0.0 else "top")]
-    if height * 0.04 < J and not found.J_undetermined:
+    if height * 0.04 < J and not identification.J_undetermined:
         x_J = end + way * 0.04 * max(width, least)
         shapes += [_line(x_J, level, x_J, level + way * J)]
         shapes += [_rung(x_J, end, level), _rung(x_J, end, level + way * J)]
         anchor = "right" if way < 0.0 else "left"
-        text = f"J = {labels.format_interval(J, found.J_low, found.J_high)[0]} {unit}"
+        text = f"J = {labels.format_interval(J, identification.J_low, identification.J_high)[0]} {unit}"
         notes.append(_note(x_J, level + 0.5 * way * J, text, xanchor=anchor))
     return shapes, notes
 

@@ -48,9 +48,9 @@ def loop_blocks(diagnosis: Diagnosis, settings: Mapping[str, Any] | None = None)
 
 def loop_headline(diagnosis: Diagnosis) -> Headline:
     """Return the finding on one loop with its main numbers."""
-    found, severity = diagnosis.identification, None
-    if found is not None and diagnosis.verdict != "no_stiction" and np.isfinite(found.S):
-        severity = figures.severity(found, diagnosis.record)
+    identification, severity = diagnosis.identification, None
+    if identification is not None and diagnosis.verdict != "no_stiction" and np.isfinite(identification.S):
+        severity = figures.severity(identification, diagnosis.record)
     return Headline(
         diagnosis.record.tag,
         diagnosis.verdict,
@@ -93,7 +93,7 @@ def side_by_side(*some: Figure | None) -> Block | None:
 
 
 def _facts(diagnosis: Diagnosis) -> list[tuple[str, str]]:
-    found, oscillation, record = diagnosis.identification, diagnosis.oscillation, diagnosis.record
+    identification, oscillation, record = diagnosis.identification, diagnosis.oscillation, diagnosis.record
     facts = [("Loop state", HEADLINES[diagnosis.loop_state.state])]
     if oscillation.oscillating:
         facts += [
@@ -106,8 +106,11 @@ def _facts(diagnosis: Diagnosis) -> list[tuple[str, str]]:
         facts.append(("Oscillation", "none found"))
     if diagnosis.loop_state.in_control:
         facts.append((f"Main {labels.cause_title(diagnosis)}", labels.cause_label(diagnosis)))
-    if found is not None:
-        sticky, good = labels.format_number(found.fit, "%", 2), labels.format_number(found.fit_linear, "%", 2)
+    if identification is not None:
+        sticky, good = (
+            labels.format_number(identification.fit, "%", 2),
+            labels.format_number(identification.fit_linear, "%", 2),
+        )
         facts.append(("PV explained, sticky / good valve", f"{sticky} / {good}"))
     return facts
 

@@ -27,9 +27,9 @@ def sort_worst_first(diagnoses: Sequence[Diagnosis]) -> list[Diagnosis]:
     """Sort: stiction, cannot tell, no stiction; stiction by probability times S, the others by probability."""
 
     def key(diagnosis: Diagnosis) -> tuple[int, float, float]:
-        found, p = diagnosis.identification, float(np.nan_to_num(diagnosis.probability))
-        comparable = found is not None and diagnosis.record.op_in_percent
-        size = float(np.nan_to_num(found.S)) if found is not None and comparable else 0.0
+        identification, p = diagnosis.identification, float(np.nan_to_num(diagnosis.probability))
+        comparable = identification is not None and diagnosis.record.op_in_percent
+        size = float(np.nan_to_num(identification.S)) if identification is not None and comparable else 0.0
         return (_RANK[diagnosis.verdict], -p * size if diagnosis.verdict == "stiction" else 0.0, -p)
 
     return sorted(diagnoses, key=key)
@@ -56,12 +56,12 @@ def overview(diagnoses: Sequence[Diagnosis], failures: Sequence[tuple[str, str]]
 
 
 def _row(k: int, name: str, diagnosis: Diagnosis) -> list[Cell]:
-    record, found, oscillation = diagnosis.record, diagnosis.identification, diagnosis.oscillation
+    record, identification, oscillation = diagnosis.record, diagnosis.identification, diagnosis.oscillation
     percent = record.op_in_percent
     unit = "" if percent else f"\u00a0{record.op_unit_short}"
     size = EMPTY_CELL
-    if found is not None and (text := labels.S_text(diagnosis)):
-        size = Cell(text, sort=_finite(found.S) if percent else "")
+    if identification is not None and (text := labels.S_text(diagnosis)):
+        size = Cell(text, sort=_finite(identification.S) if percent else "")
     verdict = labels.VERDICTS[diagnosis.verdict]
     if not diagnosis.loop_state.in_control:
         verdict = f"{verdict}: {HEADLINES[diagnosis.loop_state.state]}"

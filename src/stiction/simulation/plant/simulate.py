@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.errors import ParameterError, require_count, require_positive, require_seed
+from stiction.models.processes.first_order_lag import first_order_lag
 from stiction.records.record import LoopRecord, Provenance
 from stiction.simulation.closed_loop import simulate
 from stiction.simulation.plant.cascade import simulate_cascade
@@ -237,11 +238,9 @@ def _to_engineering_units(record: LoopRecord, layout: LoopLayout) -> LoopRecord:
 
 def _draw_load(rng: np.random.Generator, deviation: float, n: int, dt: float) -> NDArray[np.float64]:
     """Random load about zero: noise through a lag of 15 minutes."""
-    from scipy.signal import lfilter
-
     pole = float(np.exp(-dt / 900.0))
     steps = rng.normal(0.0, deviation * np.sqrt(1.0 - pole**2), n)
-    return np.asarray(lfilter([1.0], [1.0, -pole], steps))
+    return first_order_lag(steps, pole, 1.0)
 
 
 def _draw_sp(rng: np.random.Generator, layout: LoopLayout, n: int) -> NDArray[np.float64]:
@@ -253,11 +252,9 @@ def _draw_sp(rng: np.random.Generator, layout: LoopLayout, n: int) -> NDArray[np
 
 def _delay_and_lag(x: NDArray[np.float64], delay: float, lag: float, dt: float) -> NDArray[np.float64]:
     """Delay a signal and pass it through a first-order lag."""
-    from scipy.signal import lfilter
-
     samples, pole = round(delay / dt), float(np.exp(-dt / lag))
     late = np.concatenate([np.zeros(samples), x[: x.size - samples]])
-    return np.asarray(lfilter([1.0 - pole], [1.0, -pole], late))
+    return first_order_lag(late, pole)
 
 
 def _reachable_groups(layout: PlantLayout) -> dict[int, int]:

@@ -2,7 +2,7 @@
 
 import { getJson } from "./api.js";
 import { VERDICTS, chip } from "./chips.js";
-import { h, number, svg } from "./dom.js";
+import { clockTime, h, number, svg } from "./dom.js";
 import { setChoice } from "./set_choice.js";
 
 export const title = "Compare";
@@ -40,7 +40,7 @@ export async function render(root, { parts, signal }) {
   return null;
 }
 
-const day = (text) => (text ? text.slice(0, 10) : "unknown date");
+const day = (text) => (text ? clockTime(text) : "unknown date");
 const verdict = (name) => (name ? chip(...(VERDICTS[name] ?? ["plain", name])) : "–");
 
 function line(row, setId) {

@@ -47,6 +47,27 @@ export function duration(seconds) {
   return number(seconds, "s");
 }
 
+/** A count with its noun: counted(1, "loop") is "1 loop". */
+export function counted(count, noun) {
+  return `${count} ${noun}${count === 1 ? "" : "s"}`;
+}
+
+/** A probability with two decimals, never as 0 or 1. */
+export function probability(value) {
+  const text = value.toFixed(2);
+  return { "0.00": "<0.01", "1.00": ">0.99" }[text] ?? text;
+}
+
+const CLOCK = new Intl.DateTimeFormat("sv-SE", { dateStyle: "short", timeStyle: "short" });
+const ZONE = new Intl.DateTimeFormat("en-GB", { timeZoneName: "short" });
+
+/** A time of the server in the time zone of this computer, with its name. */
+export function clockTime(text) {
+  const time = new Date(text);
+  const zone = ZONE.formatToParts(time).find((part) => part.type === "timeZoneName").value;
+  return `${CLOCK.format(time)} ${zone}`;
+}
+
 /** A box that scrolls sideways; the keyboard can reach and move it. */
 export function scrollBox(label, ...children) {
   return h("div", { class: "scroll", tabindex: "0", role: "group", "aria-label": label }, ...children);

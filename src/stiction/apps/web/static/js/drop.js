@@ -2,7 +2,7 @@
 
 import { fetchFile, getJson, saveFile, sendJson, uploadFile } from "./api.js";
 import { columnTable } from "./column_table.js";
-import { announce, duration, h, number, problem } from "./dom.js";
+import { announce, counted, duration, h, number, problem } from "./dom.js";
 
 export const title = "Files";
 const POLL_MS = 250;
@@ -118,13 +118,13 @@ export async function render(root, { signal }) {
     }
   }
 
-  /** Show a drop, and ask for its progress until all of its files are read. */
+  /** Show a drop when its files are read. */
   async function watch(reading) {
     const box = h("section", { class: "card", "aria-label": "Files read" });
     list.prepend(box);
     try {
       while (reading.running && !signal.aborted) {
-        box.replaceChildren(h("p", {}, `Reading: ${reading.done} of ${reading.total} files`), h("progress", { max: reading.total, value: reading.done, "aria-label": "Files read" }));
+        box.replaceChildren(h("p", {}, `Reading ${reading.files.length === 1 ? "the file" : `${reading.files.length} files`} …`), h("progress", { "aria-label": "Files read" }));
         await new Promise((resolve) => setTimeout(resolve, POLL_MS));
         reading = await getJson(`/api/readings/${reading.id}`, signal);
       }
@@ -140,72 +140,47 @@ export async function render(root, { signal }) {
   for (const reading of readings) watch(reading);
 }
 
+/** What came of a drop: loops, troubles, assumptions, and the table of columns to correct. */
 function showReading(box, reading, options) {
-  const button = h("button", { class: "primary" });
+  const { files, loops, error, failures, columns } = reading;
   const message = h("div", {});
-  const table = h("div", {});
-  const failed = reading.sources.filter((one) => one.error).length;
-  // Troubles first: a file that cannot be read must not be overlooked below many others.
-  const order = reading.sources.map((source, k) => ({ source, k })).sort((one, other) => Boolean(other.source.error) - Boolean(one.source.error));
-  const parts = order.map(({ source, k }) => sourcePart(reading, source, k, options, reading.sources.length > 1, refresh));
-  function refresh() {
-    const loops = reading.sources.filter((one) => one.state === "read" && !one.added).reduce((sum, one) => sum + one.loops.length, 0);
-    const added = reading.sources.some((one) => one.added);
-    button.hidden = !loops && !added;
-    button.textContent = loops ? `Diagnose ${loops === 1 ? "the loop" : `${loops} loops`}` : "Show the loops";
-    if (reading.sources.length > 1) table.replaceChildren(...loopTable(reading.sources.filter((one) => !one.error).flatMap((one) => one.loops)));
-  }
+  const button = h("button", { class: "primary" }, reading.added ? "Show the loops" : `Diagnose ${loops.length === 1 ? "the loop" : counted(loops.length, "loop")}`);
+  button.hidden = !loops.length;
   button.addEventListener("click", async () => {
     button.disabled = true;
     try {
       const { set, keys } = await sendJson("POST", `/api/readings/${reading.id}/diagnose`, {});
       location.hash = keys.length === 1 ? `#/loop/${set}/${keys[0]}` : `#/loops/${set}`;
-    } catch (error) {
-      message.replaceChildren(problem(error.message));
+    } catch (failure) {
+      message.replaceChildren(problem(failure.message));
       button.disabled = false;
     }
   });
-  refresh();
-  const troubles = failed ? h("p", { class: "note" }, `${failed} of ${reading.sources.length} files could not be read; the reasons are below.`) : null;
-  box.replaceChildren(...[h("div", { class: "row diagnose-row" }, button), message, reading.sources.length > 1 ? troubles : null, table, ...parts].filter(Boolean));
-  announce(`${reading.total === 1 ? "The file is" : `${reading.total} files are`} read.`);
+  const names = files.length > 3 ? `${files.slice(0, 3).join(", ")} and ${files.length - 3} more` : files.join(", ");
+  // Troubles first: a file that cannot be read must not be overlooked below many others.
+  const troubles = error ? [problem(error)] : failures.map(problem);
+  box.replaceChildren(h("h2", {}, names), ...troubles, h("div", { class: "row diagnose-row" }, button), message, ...loopTable(loops), ...remarks(reading), columns.length ? columnPart(box, reading, options) : "");
+  announce(error ?? `${files.length === 1 ? "The file is" : `${files.length} files are`} read.`);
 }
 
-function sourcePart(reading, source, k, options, isCompact, refresh) {
-  const part = h("div", { class: "source" });
-  function draw() {
-    const names = source.files.length > 3 ? `${source.files.slice(0, 3).join(", ")} and ${source.files.length - 3} more` : source.files.join(", ");
-    const receipt = source.error ? [problem(source.error)] : [...(isCompact ? [] : loopTable(source.loops)), ...remarks(source)];
-    if (isCompact && !source.error) {
-      part.replaceChildren(h("details", {}, h("summary", {}, `${names}: columns and assumptions`), receipt, source.columns?.length ? columnPart(true) : null));
-      return;
+function columnPart(box, reading, options) {
+  const table = columnTable(reading.columns);
+  const message = h("div", {});
+  const again = h("button", {}, "Read again with these columns");
+  again.addEventListener("click", async () => {
+    again.disabled = true;
+    try {
+      const rows = table.rows();
+      const next = await sendJson("POST", `/api/readings/${reading.id}`, { rows, options: options.values() });
+      if (next.error) next.columns = next.columns.length ? next.columns.map((old, i) => ({ ...old, ...rows[i] })) : rows;
+      showReading(box, next, options);
+    } catch (error) {
+      message.replaceChildren(problem(error.message));
+      again.disabled = false;
     }
-    part.replaceChildren(h("h2", {}, names), ...receipt);
-    if (source.columns?.length) part.append(columnPart(Boolean(source.error)));
-  }
-  function columnPart(isOpen) {
-    const table = columnTable(source.columns);
-    const message = h("div", {});
-    const again = h("button", {}, "Read again with these columns");
-    again.addEventListener("click", async () => {
-      again.disabled = true;
-      try {
-        const rows = table.rows();
-        Object.assign(source, await sendJson("POST", `/api/readings/${reading.id}/sources/${k}`, { rows, options: options.values() }));
-        if (source.error) source.columns = source.columns?.length ? source.columns.map((old, i) => ({ ...old, ...rows[i] })) : rows;
-        draw();
-        refresh();
-        announce(source.error ?? "The columns are corrected.");
-      } catch (error) {
-        message.replaceChildren(problem(error.message));
-        again.disabled = false;
-      }
-    });
-    const save = h("button", { onclick: async () => saveFile(await fetchFile("POST", "/api/map", { rows: table.rows() })) }, "Download the map");
-    return h("details", { open: isOpen }, h("summary", {}, "Which column is which"), table.element, h("div", { class: "row" }, again, save), message);
-  }
-  draw();
-  return part;
+  });
+  const save = h("button", { onclick: async () => saveFile(await fetchFile("POST", "/api/map", { rows: table.rows() })) }, "Download the map");
+  return h("details", { open: Boolean(reading.error) }, h("summary", {}, "Which column is which"), table.element, h("div", { class: "row" }, again, save), message);
 }
 
 /** What was found: one row for each loop. */

@@ -2,7 +2,7 @@
 
 import { getJson } from "./api.js";
 import { VERDICTS, chip, verdictChip } from "./chips.js";
-import { duration, h, number, svg } from "./dom.js";
+import { counted, duration, h, number, probability, svg } from "./dom.js";
 import { setChoice } from "./set_choice.js";
 import { xyPlot } from "./xyplot.js";
 
@@ -38,7 +38,7 @@ function groupCard(group, setId, destroy) {
   const roots = group.leading_roots;
   const first = roots.length === 1 ? ["Fix this first: ", loopLink(roots[0])] : ["One of these two is the root: ", loopLink(roots[0]), " or ", loopLink(roots[1])];
   const card = h("section", { class: "card", "aria-label": `Group ${group.number}` },
-    h("h2", {}, `Group ${group.number}: ${group.members.length} loops, period ${duration(group.period_s)}`),
+    h("h2", {}, `Group ${group.number}: ${counted(group.members.length, "loop")}, period ${duration(group.period_s)}`),
     h("p", { class: "lead" }, first),
     group.remark ? h("p", { class: "note" }, group.remark) : null,
     h("div", { class: "columns" }, stackedTrends(group, colors, loopLink), spectra(group, colors, destroy)),
@@ -58,7 +58,7 @@ function stackedTrends(group, colors, loopLink) {
   });
   const last = group.time.at(-1);
   return h("figure", { class: "plot" }, h("h3", {}, "Trends in phase order"), h("div", { class: "stack" }, lines),
-    h("figcaption", {}, `${drawn.length} loops over ${duration(last)}, each over its own range; the earliest in phase on top. All repeat every ${duration(group.period_s)}.`));
+    h("figcaption", {}, `${counted(drawn.length, "loop")} over ${duration(last)}, each over its own range; the earliest in phase on top. All repeat every ${duration(group.period_s)}.`));
 }
 
 function spectra(group, colors, destroy) {
@@ -79,7 +79,7 @@ function spectra(group, colors, destroy) {
 
 function rootTable(group, loopLink) {
   const rows = group.roots.slice(0, 5).map((one) => h("tr", {},
-    h("td", {}, loopLink(one.tag)), h("td", { class: "number" }, one.probability.toFixed(2)), h("td", { class: "number" }, number(one.score)),
+    h("td", {}, loopLink(one.tag)), h("td", { class: "number" }, probability(one.probability)), h("td", { class: "number" }, number(one.score)),
     h("td", {}, h("ul", { class: "plain" }, one.parts.filter((part) => Math.abs(part.log_odds) >= 0.05).map((part) => h("li", {}, `${part.text} (${part.log_odds >= 0 ? "+" : "−"}${Math.abs(part.log_odds).toFixed(1)})`))))));
   return h("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Likely roots" }, h("h3", {}, "Likely roots, with the log odds of each reason"),
     h("table", {}, 

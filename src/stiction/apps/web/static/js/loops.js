@@ -3,7 +3,7 @@
 import { fetchFile, getJson, saveFile, sendJson } from "./api.js";
 import { CAUSES, STATES, chip, verdictChip, verdictWord } from "./chips.js";
 import { sparkline } from "./column_table.js";
-import { duration, h, number, problem } from "./dom.js";
+import { counted, duration, h, number, problem } from "./dom.js";
 import { setChoice } from "./set_choice.js";
 import { virtualTable } from "./virtual_table.js";
 
@@ -78,11 +78,12 @@ export async function render(root, { parts, signal }) {
   const count = h("span", { class: "note", role: "status" });
   const progress = progressBar(setId, signal);
   const message = h("div", {});
+  const empty = h("p", { class: "note" }, "No loops yet. Loops appear here when their files are read; ", h("a", { href: "#/drop" }, "Files"), " shows what was read, and takes more files.");
   const exports = ["xlsx", "csv", "parquet"].map((format) =>
     h("button", { onclick: () => exportShown(format).catch((error) => message.replaceChildren(problem(error.message))) }, format));
   root.append(
     h("div", { class: "row tools" }, setElement, search, ...Object.values(choices).map((one) => one.parentElement), count, h("span", { class: "row exports" }, "Export", exports)),
-    progress.element, message, table.element);
+    progress.element, message, empty, table.element);
 
   function take(next) {
     stored.version = next.version;
@@ -103,9 +104,10 @@ export async function render(root, { parts, signal }) {
     const matching = ordered.filter((row) =>
       words.every((word) => row.words.includes(word)) && (!area || row.area === area) && (!verdict || verdictWord(row)[1] === verdict) && (!state || stateWord(row) === state));
     table.setRows(matching, keepPlace);
+    empty.hidden = rows.size > 0;
     const { confirmed = 0, refuted = 0 } = stored.confirmed ?? {};
     const notes = confirmed + refuted ? `; notes confirm ${confirmed} of ${confirmed + refuted} verdicts "stiction"` : "";
-    count.textContent = (matching.length === rows.size ? `${rows.size} loops` : `${matching.length} of ${rows.size} loops`) + notes;
+    count.textContent = (matching.length === rows.size ? counted(rows.size, "loop") : `${matching.length} of ${counted(rows.size, "loop")}`) + notes;
   }
 
   async function fetchSparks(visible) {
@@ -192,7 +194,7 @@ function progressBar(setId, signal) {
     bar.max = progress.total;
     bar.value = progress.done;
     const rate = progress.per_second ? `, ${number(progress.per_second)} loops a second, ${duration(progress.left_s)} left` : "";
-    text.textContent = `${progress.done} of ${progress.total} loops diagnosed${isRunning ? rate : ", stopped"}`;
+    text.textContent = `${progress.done} of ${counted(progress.total, "loop")} diagnosed${isRunning ? rate : ", stopped"}`;
     button.textContent = isRunning ? "Stop" : "Go on";
   }
   return { element, show };

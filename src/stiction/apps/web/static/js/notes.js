@@ -1,7 +1,7 @@
 // Notes of a loop: append-only; the newest counts. When another note was saved meanwhile, both texts are shown.
 
 import { ServerError, getJson, sendJson } from "./api.js";
-import { announce, h, problem } from "./dom.js";
+import { announce, clockTime, h, problem } from "./dom.js";
 
 /** The card of notes; `path` is the address of the loop. */
 export function notesCard(path, signal) {
@@ -22,7 +22,7 @@ export function notesCard(path, signal) {
   function show(answer) {
     newestTime = answer.newest_time;
     if (!label.options.length) label.append(...answer.labels.map((one) => h("option", { value: one }, one)));
-    list.replaceChildren(...answer.notes.map((one) => h("li", {}, h("strong", {}, one.label), one.note ? ` – ${one.note}` : "", h("span", { class: "note" }, ` ${one.author ? `${one.author}, ` : ""}${one.time.replace("T", " ").slice(0, 16)}`))));
+    list.replaceChildren(...answer.notes.map((one) => h("li", {}, h("strong", {}, one.label), one.note ? ` – ${one.note}` : "", h("span", { class: "note" }, ` ${one.author ? `${one.author}, ` : ""}${clockTime(one.time)}`))));
     if (!answer.notes.length) list.replaceChildren(h("li", { class: "note" }, "No note yet."));
     remark.textContent = answer.remark;
   }

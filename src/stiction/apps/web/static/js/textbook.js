@@ -25,6 +25,7 @@ const STEMS = {
   "Physical (Table I)": ["ochre", "dot"],
 };
 const SHOWN_AT_FIRST = ["Kano, Choudhury (S, J)", "He (fs, fd)", "Physical (Table I)"];
+const PAPER = "Issues in Modeling Stiction in Process Control Valves, R. Srinivasan, R. Rengaswamy, U. Nallasivam, V. Rajavelu, American Control Conference, 2008";
 const ADDRESS_DELAY_MS = 300;
 const PIXELS_PER_E = 180;
 
@@ -58,7 +59,7 @@ export async function render(root, { query, signal }) {
   };
   root.append(
     h("h1", {}, "Textbook: sticky valves and the oscillations that they cause"),
-    h("p", {}, `After “${options.paper.title}”, ${options.paper.source}. Every curve is computed as you move the sliders; stiction paper shows the tables and figures of the paper.`),
+    h("p", {}, `After “${PAPER}”. Every curve is computed as you move the sliders; stiction paper shows the tables and figures of the paper.`),
     trouble,
   );
   const sections = [rampSection(context), loopSection(context), jumpSection(context)];

@@ -90,16 +90,16 @@ def _of_twin(twin: Twin) -> tuple[dict[str, Any], list[str]]:
 
 def _of_identification(diagnosis: Diagnosis) -> tuple[dict[str, Any], list[str]]:
     """Settings of what was identified, and what is missing."""
-    found, controller = diagnosis.identification, diagnosis.controller
-    if found is None:
+    identification, controller = diagnosis.identification, diagnosis.controller
+    if identification is None:
         return {"model": "ideal"}, ["No valve and no process were identified: the values shown are typical values."]
     good = diagnosis.verdict == "no_stiction"
-    process = found.linear if good else found.process
+    process = identification.linear if good else identification.process
     remarks = ["The verdict is no stiction, so the simulated loop starts with a good valve."] if good else []
     settings: dict[str, Any] = {
         "model": "ideal" if good else "kano",
-        "S": found.S,
-        "J": found.J,
+        "S": identification.S,
+        "J": identification.J,
         "gain": process.gain,
         "tau": process.time_constant - process.lag,
         "lag": 0.0 if process.integrating else process.lag,

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING
 
-from stiction.apps.web.screen_settings import Quantity, ScreenSettings
+from stiction.apps.web.screen_settings import ScreenSettings, choice, quantity
 from stiction.errors import ParameterError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from stiction.models import Valve
 
-__all__ = ["TEXTBOOK_MODELS", "TEXTBOOK_QUANTITIES", "TextbookSettings"]
+__all__ = ["TEXTBOOK_MODELS", "TextbookSettings"]
 
 PSI_PER_PERCENT = 0.18
 """Pressure of 1 % OP on the valve of Table I [psi]."""
@@ -27,43 +25,11 @@ TEXTBOOK_MODELS = {
     "he": "He: rests after every move",
 }
 """Name of a valve model in the address -> its name on the screen."""
-TEXTBOOK_QUANTITIES = {
-    "S": Quantity("Deadband plus stickband S", "% of span", 0.01, 50.0, "linear", "valve"),
-    "J": Quantity("Slip jump J", "% of span", 0.0, 50.0, "linear", "valve"),
-    "r": Quantity("Rate r below which the stem sticks again", "% of span / s", 0.0, 1e3, "log", "valve"),
-    "rate": Quantity("Rate of the ramp", "% of span / s", 1e-3, 1e3, "log", "ramp"),
-    "height": Quantity("Height of the ramp", "% of span", 0.1, 100.0, "linear", "ramp"),
-    "amplitude": Quantity("Amplitude A of the sine", "% of span", 1e-3, 100.0, "linear", "sine"),
-    "gain_factor": Quantity("Factor on the loop gain", "-", 0.01, 100.0, "log", "loop"),
-    "dead_time": Quantity("Dead time added", "s", 0.0, 100.0, "linear", "loop"),
-    "pulse": Quantity("Size of the pulse", "% of span", -10.0, 10.0, "linear", "pulse"),
-    "length": Quantity("Length of the pulse", "s", 0.1, 60.0, "linear", "pulse"),
-}
-"""Name in the address -> what the number is."""
 
 
 @dataclass(frozen=True)
 class TextbookSettings(ScreenSettings):
     """The numbers of the textbook screen; the defaults are the example of the paper's section V.C.
-
-    Parameters
-    ----------
-    model : str
-        One of `TEXTBOOK_MODELS`.
-    S, J : float
-        Deadband plus stickband and slip jump [% of span].
-    r : float
-        Rate of the three-parameter valve [% of span / s].
-    rate, height : float
-        Rate [% of span / s] and height [% of span] of the ramp.
-    amplitude : float
-        Amplitude of the sine [% of span].
-    gain_factor : float
-        Factor on the gain of the example loop [-].
-    dead_time : float
-        Dead time added to it [s].
-    pulse, length : float
-        Size [% of span] and length [s] of the load pulse.
 
     Raises
     ------
@@ -72,20 +38,18 @@ class TextbookSettings(ScreenSettings):
     """
 
     SCREEN = "the textbook"
-    QUANTITIES = TEXTBOOK_QUANTITIES
-    CHOICES: ClassVar[Mapping[str, Mapping[str, str]]] = {"model": TEXTBOOK_MODELS}
 
-    model: str = "stenman"
-    S: float = 0.5
-    J: float = 0.5
-    r: float = 0.5
-    rate: float = 0.1
-    height: float = 20.0
-    amplitude: float = 0.6
-    gain_factor: float = 1.0
-    dead_time: float = 0.0
-    pulse: float = 1.0
-    length: float = 5.0
+    model: str = choice("stenman", TEXTBOOK_MODELS)
+    S: float = quantity(0.5, "Deadband plus stickband S", "% of span", 0.01, 50.0, group="valve")
+    J: float = quantity(0.5, "Slip jump J", "% of span", 0.0, 50.0, group="valve")
+    r: float = quantity(0.5, "Rate r below which the stem sticks", "% of span / s", 0.0, 1e3, "log", group="valve")
+    rate: float = quantity(0.1, "Rate of the ramp", "% of span / s", 1e-3, 1e3, "log", group="ramp")
+    height: float = quantity(20.0, "Height of the ramp", "% of span", 0.1, 100.0, group="ramp")
+    amplitude: float = quantity(0.6, "Amplitude A of the sine", "% of span", 1e-3, 100.0, group="sine")
+    gain_factor: float = quantity(1.0, "Factor on the loop gain", "-", 0.01, 100.0, "log", group="loop")
+    dead_time: float = quantity(0.0, "Dead time added", "s", 0.0, 100.0, group="loop")
+    pulse: float = quantity(1.0, "Size of the pulse", "% of span", -10.0, 10.0, group="pulse")
+    length: float = quantity(5.0, "Length of the pulse", "s", 0.1, 60.0, group="pulse")
 
     @property
     def band(self) -> float:

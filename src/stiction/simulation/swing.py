@@ -1,4 +1,4 @@
-"""What a trend needs of a signal: its swing, where it rises, and fewer samples to draw."""
+"""What a trend needs of a signal: its swing, and where it rises."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Swing", "find_first_rise", "measure_swing", "thin"]
+__all__ = ["Swing", "find_first_rise", "measure_swing"]
 
 SMOOTHING_SHARE = 24.0
 """Length of a period over that of the moving average that takes the noise out of an amplitude [-]."""
@@ -63,21 +63,3 @@ def _find_rises(x: NDArray[np.float64]) -> NDArray[np.intp]:
     level = np.where(x > (low + high) / 2.0, 1, np.where(x < low + (high - low) / 4.0, -1, 0))
     known = np.flatnonzero(level)
     return known[1:][np.diff(level[known]) > 0]
-
-
-def thin(signals: tuple[NDArray[np.float64], ...], width: int) -> NDArray[np.intp]:
-    """Return the samples to draw at a width [px]: the lowest and the highest value of each signal in each pixel.
-
-    Examples
-    --------
-    >>> x = np.sin(np.arange(100_000) / 1000.0)
-    >>> thin((x,), 500).size <= 1000
-    True
-    """
-    n = signals[0].size
-    if n <= 2 * width:
-        return np.arange(n)
-    from tsdownsample import MinMaxDownsampler
-
-    chosen = [MinMaxDownsampler().downsample(np.ascontiguousarray(x), n_out=2 * width) for x in signals]
-    return np.unique(np.concatenate(chosen)).astype(np.intp)

@@ -1,20 +1,37 @@
-"""HTML page of ``stiction paper``: the parts of the paper in order, printed values and simulated values apart."""
+"""The page of the paper: its parts in order, printed values and simulated values apart."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from stiction.apps import paper_figures as figures
-from stiction.apps.paper_text import PARTS, SOURCE, TITLE
-from stiction.report import Block, Cell, Heading, SideBySide, Table, Text, labels, write_page
+from stiction.report import labels
+from stiction.report.blocks import Block, Cell, Heading, SideBySide, Table, Text
+from stiction.report.figures import paper as figures
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
-    from pathlib import Path
 
     from stiction.limitcycle import LimitCycle
 
-__all__ = ["part_blocks", "write_paper_page"]
+__all__ = ["PARTS", "SOURCE", "TITLE", "paper_blocks"]
+
+PARTS = {
+    "table1": "Table I",
+    "figure2": "Fig. 2",
+    "figure3": "Fig. 3",
+    "figure4": "Fig. 4",
+    "figure5": "Fig. 5",
+    "section5": "Section V",
+    "equation5": "Eq. 5",
+    "figure6": "Fig. 6",
+    "equations6and7": "Eqs. 6-7",
+    "figure7": "Fig. 7",
+    "figure8": "Fig. 8",
+    "errata": "Errata",
+}
+"""Function of `stiction.paper` -> its name in the paper, in the order of the paper."""
+TITLE = "Issues in Modeling Stiction in Process Control Valves"
+SOURCE = "R. Srinivasan, R. Rengaswamy, U. Nallasivam, V. Rajavelu, American Control Conference, 2008"
 
 LEAD = (
     "A walk through the paper in its order: what it says, what its models do when they are run as printed and as "
@@ -31,18 +48,10 @@ DERIVED = (
 )
 
 
-def write_paper_page(parts: Mapping[str, Any], path: Path) -> Path:
-    """Write the computed parts of the paper in the order of the paper."""
+def paper_blocks(parts: Mapping[str, Any]) -> list[Block]:
+    """Return the blocks of the computed parts: function of `stiction.paper` -> its result."""
     blocks: list[Block] = [Text(LEAD, kind="lead"), Text(ORIGIN)]
-    for part, data in parts.items():
-        blocks += part_blocks(part, data)
-    title = TITLE if len(parts) > 1 else f"{PARTS[next(iter(parts))]}: {TITLE}"
-    return write_page(title, blocks, path, subtitle=SOURCE)
-
-
-def part_blocks(part: str, data: Any) -> Sequence[Block]:
-    """Return headings, texts, figures and tables of one part of the paper, a name of `paper_text.PARTS`."""
-    return _SECTIONS[part](data)
+    return blocks + [block for part, data in parts.items() for block in _SECTIONS[part](data)]
 
 
 def _table1(data: Any) -> list[Block]:

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiction.report import Figure, labels, style
+from stiction.report import labels, style
+from stiction.report.blocks import Figure
 from stiction.report.downsample import downsample
 
 if TYPE_CHECKING:
@@ -60,7 +61,7 @@ def fig2(panel: Panel) -> Figure:
     else:
         seen = f"one break at {panel.first_break:.2f} psi, then the stem follows, never below {panel.slowest:.3g} in/s"
     title = f"Fig. {panel.name}, reading {panel.reading}: slope {panel.slope:g} {panel.slope_unit}"
-    return Figure(_plot(data, "Pressure [psi]", "Stem position [in]"), title, f"Simulated: {seen}.", 300)
+    return Figure(style.plot(data, "Pressure [psi]", "Stem position [in]"), title, f"Simulated: {seen}.", 300)
 
 
 def lab_ramp(name: str, ramp: LabRamp) -> Figure:
@@ -72,7 +73,7 @@ def lab_ramp(name: str, ramp: LabRamp) -> Figure:
     told = {"follow": "stick, jump, follow", "staircase": "stairs"}[ramp.paper]
     agree = [model for model, seen in ramp.behaviour.items() if seen == ramp.paper]
     caption = f"Simulated. The paper saw {told}; so do: {', '.join(agree)}."
-    layout = _plot(data, f"Time [{unit}]", "OP and stem [% of span]")
+    layout = style.plot(data, f"Time [{unit}]", "OP and stem [% of span]")
     return Figure(layout, f"Fig. {name}: {ramp.rate:g} %/s", caption, 380)
 
 
@@ -102,7 +103,7 @@ def fig5(figure: Figure5) -> tuple[Figure, Figure]:
         marker = {"symbol": symbol, "size": 8, "color": color}
         marks.append({**_line(middle, read, f"{name}, read from the flow", {}), "mode": "markers", "marker": marker})
     second = Figure(
-        _plot(marks, "Stem position [% of span]", "sb, sj [% of span]"),
+        style.plot(marks, "Stem position [% of span]", "sb, sj [% of span]"),
         "Stick band and jump over the travel",
         "The ramp test reads both back from the noisy flow alone.",
         420,
@@ -114,7 +115,7 @@ def stem_response(response: Response) -> Figure:
     """Return OP and the stem of eq. 5 as printed and repaired."""
     data = [_line(response.time, response.op, "OP", style.line_style(style.OP, 1.2))]
     data += [_line(response.time, response.position[form], f"Stem, {form}", _FORMS[form]) for form in response.position]
-    layout = _plot(data, "Time [s]", "OP and stem [% of span]")
+    layout = style.plot(data, "Time [s]", "OP and stem [% of span]")
     caption = (
         f"Printed and repaired differ by up to {labels.format_number(response.difference)} % of span; "
         f"the OP moves by up to {labels.format_number(response.increment)} % in a sample."
@@ -122,20 +123,20 @@ def stem_response(response: Response) -> Figure:
     return Figure(layout, f"Eq. 5: {response.name}", caption, 320)
 
 
-def df_component(found: Equations6and7, part: str) -> Figure:
+def df_component(equations: Equations6and7, part: str) -> Figure:
     """Return the real (eq. 6) or imaginary (eq. 7) part of N over A / d."""
     take = np.real if part == "real" else np.imag
-    data = [_line(found.ratio, take(n), _NAMES[form], _FORMS[form]) for form, n in found.n.items()]
+    data = [_line(equations.ratio, take(n), _NAMES[form], _FORMS[form]) for form, n in equations.n.items()]
     for family, symbol in (("half", "circle-open"), ("integer", "diamond-open")):
         marker = {"symbol": symbol, "size": 8, "color": style.TEXT_COLOR}
         name = f"measured, {'levels ±d/2' if family == 'half' else 'levels 0, ±d'}"
-        values = take(found.numeric[family])
-        data.append({**_line(found.checked, values, name, {}), "mode": "markers", "marker": marker})
+        values = take(equations.numeric[family])
+        data.append({**_line(equations.checked, values, name, {}), "mode": "markers", "marker": marker})
     if part == "real":
         title, seen = "Eq. 6: real part of N", "only the corrected form passes through what the valve itself does"
     else:
         title, seen = "Eq. 7: imaginary part of N", "eq. 7 is right as printed, for its family of rest levels"
-    layout = _plot(data, "A / d [-]", f"{part.capitalize()} part of N [-]")
+    layout = style.plot(data, "A / d [-]", f"{part.capitalize()} part of N [-]")
     return Figure(layout, title, f"Circles and diamonds are measured on the valve: {seen}.", 400)
 
 
@@ -174,7 +175,7 @@ def fig7(figure: Figure7, *, printed: bool) -> Figure:
         marker = {"symbol": symbol, "size": 9, "color": style.TEXT_COLOR}
         place = {"mode": "markers+text", "text": [text], "textposition": "bottom right", "showlegend": False}
         data.append({**_line([at[0]], [at[1]], cycle.kind, {}), "marker": marker, **place})
-    layout = _plot(data, "Real part", "Imaginary part")
+    layout = style.plot(data, "Real part", "Imaginary part")
     layout["layout"]["xaxis"]["range"] = [-2.4, 0.2]
     layout["layout"]["yaxis"]["range"] = [-1.2, 0.1]
     if printed:
@@ -214,10 +215,6 @@ def _loop(record: Any, title: str, caption: str, shapes: Sequence[dict[str, Any]
     layout = _stacked(data, ["PV, SP", "OP<br>[% of span]", "Stem<br>[% of span]"], "Time [min]")
     layout["layout"]["shapes"] = list(shapes)
     return Figure(layout, title, caption, 520)
-
-
-def _plot(data: list[dict[str, Any]], x: str, y: str) -> dict[str, Any]:
-    return {"data": data, "layout": {"xaxis": {"title": {"text": x}}, "yaxis": {"title": {"text": y}}}}
 
 
 def _stacked(data: list[dict[str, Any]], names: Sequence[str], x: str) -> dict[str, Any]:
