@@ -68,6 +68,9 @@ class ReadingOptions:
         Longest time in seconds over which a value is held or interpolated.
     max_bytes
         Largest size of a file after decompression (2000000000).
+    max_memory
+        Most memory for reading, such as 2GB; half of the machine when not given. Of a longer Parquet or Arrow file the
+        last rows are read.
     good_codes
         Codes of the quality columns that are good, such as 0,4; all others are then bad. By default, by the schemes of
         the vendors.
@@ -107,6 +110,7 @@ class ReadingOptions:
     align: Literal["last", "interpolate"] | None = None
     max_gap: float | None = None
     max_bytes: int | None = None
+    max_memory: str | None = None
     good_codes: str | None = None
     keep_uncertain: Annotated[bool | None, Parameter(negative="")] = None
     query: str | None = None

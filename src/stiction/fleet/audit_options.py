@@ -105,7 +105,8 @@ class AuditOptions:
         """Options for reading; a database whose time column is named is asked for the audited time alone."""
         times = {"since": since and since.isoformat(), "until": until and until.isoformat()}
         is_asked = "time" in self.reading and "table" in self.reading
-        return {**self.reading, **{name: text for name, text in times.items() if text and is_asked}}
+        reading = {name: value for name, value in self.reading.items() if name != "max_memory"}  # shared by the workers
+        return {**reading, **{name: text for name, text in times.items() if text and is_asked}}
 
 
 def read_connections(path: Text) -> list[tuple[str, str]]:

@@ -15,7 +15,7 @@ from stiction.worker_process import WorkerProcess
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
-__all__ = ["Engine", "ProcessEngine", "crashed_outcomes"]
+__all__ = ["Engine", "ProcessEngine", "crashed_outcomes", "usable_cores"]
 
 MAX_SINGLE_TRIES = 2
 """Times that a loop may end its worker when it is alone in it [-]."""
@@ -42,7 +42,7 @@ class ProcessEngine:
     """Worker processes of this machine."""
 
     def __init__(self, workers: int | None = None) -> None:
-        self.workers = require_count("workers", workers if workers is not None else _cores())
+        self.workers = require_count("workers", workers if workers is not None else usable_cores())
         self._batches: dict[WorkerProcess, Batch | None] = {}
         """What each worker does."""
 
@@ -99,5 +99,6 @@ def crashed_outcomes(batch: Batch) -> list[Outcome]:
     return [Outcome(task.number, row, 0.0) for task, row in zip(batch.tasks, rows, strict=True)]
 
 
-def _cores() -> int:
+def usable_cores() -> int:
+    """Cores of this machine that this process may use [-]."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -11,6 +11,7 @@ from stiction.errors import ParameterError, RecordError
 from stiction.fleet.audit_options import AuditOptions
 from stiction.fleet.audit_result import Audit, read_audit
 from stiction.fleet.audit_stages import AuditStages
+from stiction.fleet.engine import usable_cores
 from stiction.fleet.find_loops import choose_loops, list_loop_places
 from stiction.fleet.folder import check_folder, lock_folder, options_digest, process_name, write_settings
 from stiction.fleet.ledger import FORMAT_VERSION, Ledger, sqlite_url
@@ -18,6 +19,7 @@ from stiction.fleet.progress import Progress
 from stiction.fleet.tag_receipt import find_missing_tags
 from stiction.fleet.window import resolve_window
 from stiction.scratch import shared_copies
+from stiction.sources.memory import shared_memory
 
 if TYPE_CHECKING:
     import threading
@@ -115,7 +117,8 @@ def audit(
         database = Ledger(chosen.ledger or sqlite_url(folder / "ledger.sqlite"))
         try:
             database.create()
-            with database.lock(process_name()):
+            memory = shared_memory(chosen.reading.get("max_memory"), chosen.workers or usable_cores())
+            with database.lock(process_name()), memory:
                 key, span = resolve_window(database, options_digest(chosen.of_results), chosen.first, chosen.last)
                 places, missing = known or find(*span)
                 settings = _settings(sources, chosen)

@@ -7,9 +7,10 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from stiction.display.number_format import count_noun
-from stiction.errors import RecordError
+from stiction.errors import RecordError, Setting
 from stiction.foreign_errors import data_error, failure_of
 from stiction.sources.build_record import RecordBuilder
+from stiction.sources.memory import memory_limit, rows_that_fit
 
 if TYPE_CHECKING:
     from stiction.errors import StictionError
@@ -58,6 +59,7 @@ class Loops:
     """All columns of the files, those without a signal of a loop too."""
     zones: dict[str, str] = field(default_factory=dict)
     """Files whose time stamps have no zone, among others that have -> the zone in which they are taken."""
+    _is_loaded: bool = False
 
     @property
     def tags(self) -> list[str]:
@@ -72,14 +74,19 @@ class Loops:
     def read_one(self, k: int) -> LoopRecord:
         """Read the loop number `k`, from 0; only its columns are read."""
         if k < len(self.roles):
+            loop = self.roles[k]
             try:
-                _load_columns([self.roles[k]], self.time_positions)
-                return self._builder.build(self.roles[k])
+                self._fit_into_memory(loop)
+                _load_columns([loop], self.time_positions)
+                return self._builder.build(loop)
             except BaseException as error:
-                known = data_error(error, self.roles[k].roles["op"].table.origin.name)
+                known = data_error(error, loop.roles["op"].table.origin.name)
                 if known is None or known is error:
                     raise
                 raise known from None
+            finally:
+                if not self._is_loaded:
+                    self._forget(loop)
         k -= len(self.roles)
         for file in self.stored:
             if k < len(file.tags):
@@ -97,11 +104,13 @@ class Loops:
         """
         records, roles, failures = [], [], list(self.failures)
         is_single = len(self) == 1 and not failures
-        try:
-            _load_columns(self.roles, self.time_positions)
-        except RecordError:  # each loop says below whether it is its columns that cannot be read
-            if is_single:
-                raise
+        if self._fits_at_once():
+            try:
+                _load_columns(self.roles, self.time_positions)
+                self._is_loaded = True
+            except RecordError:  # each loop says below whether it is its columns that cannot be read
+                if is_single:
+                    raise
         for k, tag in enumerate(self.tags):
             try:
                 record = self.read_one(k)
@@ -130,6 +139,45 @@ class Loops:
         if more := len(failures) - len(notes):
             notes.append(f"Left out: {count_noun(more, 'more file or loop', 'more files or loops')}.")
         return [_with_provenance(one, assumptions=(*one.provenance.assumptions, *notes)) for one in records]
+
+    def _fit_into_memory(self, loop: LoopRoles) -> None:
+        """Leave out the first rows of a table of which one loop alone takes too much memory."""
+        for table in {id(column.table): column.table for column in loop.roles.values()}.values():
+            columns = [column for column in loop.roles.values() if column.table is table]
+            if all(column.position is not None and not column.parts for column in columns):
+                limit = memory_limit(self.options.max_memory)
+                table.keep_last(rows_that_fit(limit, 1 + len(columns)))
+
+    def _fits_at_once(self) -> bool:
+        """Whether the columns of all loops, and then their records, fit into the memory.
+
+        Raises
+        ------
+        RecordError
+            When not even the records do.
+        """
+        for loop in self.roles:
+            self._fit_into_memory(loop)
+        limit = memory_limit(self.options.max_memory)
+        cells = [(column.table, role) for loop in self.roles for role, column in loop.roles.items()]
+        tables = {table for table, _ in cells}
+        rows = {table: table.count_rows() - table.first_row if table.count_rows else 0 for table in tables}
+        size = 8 * sum(rows[table] for table, _ in cells)
+        if size > limit and len(self.roles) > 1:
+            raise RecordError(
+                f"{len(self.roles)} loops take {size / 1e9:.3g} GB of memory, more than {limit / 1e9:.3g} GB",
+                remedy=("audit them, read one with ", Setting("tag"), ", or allow more with ", Setting("max_memory")),
+                where=cells[0][0].origin.name,
+            )
+        return 4 * size <= limit
+
+    def _forget(self, loop: LoopRoles) -> None:
+        """Drop the cells of a loop, so that the loops read before do not fill the memory; the time is kept."""
+        for column in loop.roles.values():
+            for part in (column, *column.parts):
+                part.__dict__.pop("cells", None)
+                if part.position is not None:
+                    part.table.drop([part.position])
 
     @cached_property
     def _builder(self) -> RecordBuilder:

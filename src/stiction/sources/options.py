@@ -9,6 +9,7 @@ from types import NoneType
 from typing import TYPE_CHECKING, Any
 
 from stiction.errors import ParameterError, require_finite, require_kind, require_positive
+from stiction.sources.memory import parse_memory
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -51,6 +52,8 @@ class ReadOptions:
     max_gap: float | None = None
     """Longest time over which a value is held or interpolated when tags are aligned [s]."""
     max_bytes: int = MAX_BYTES
+    max_memory: int | None = None
+    """Memory that the reading of a loop may take [bytes], also as "2GB"; None: half of the machine."""
     good_codes: tuple[str, ...] = ()
     """Codes of the quality columns that are good; all others are bad. Empty: by the schemes of the vendors."""
     keep_uncertain: bool = False
@@ -76,6 +79,8 @@ class ReadOptions:
             raise ParameterError(
                 f"max_bytes = {self.max_bytes!r} is not a positive number of bytes; give for example 2e9."
             )
+        if self.max_memory is not None:
+            put(self, "max_memory", parse_memory(self.max_memory))
         if not isinstance(self.columns, Mapping):
             raise ParameterError(
                 f"columns = {self.columns!r} does not map signals to columns; give for example columns={{'op': 'CO'}}."

@@ -52,6 +52,7 @@ def read(
     align: str | None = None,
     max_gap: float | None = None,
     max_bytes: int = MAX_BYTES,
+    max_memory: str | int | None = None,
     good_codes: str | Sequence[str | int] | None = None,
     keep_uncertain: bool = False,
     query: str | None = None,
@@ -103,6 +104,9 @@ def read(
         Longest time over which a value is held or interpolated [s].
     max_bytes : int
         Size of a file after decompression up to which it is read [bytes].
+    max_memory : str or int, optional
+        Memory that the reading of a loop may take [bytes], also as "2GB"; half of the machine when not given. Of a
+        longer Parquet or Arrow file the last rows are read.
     good_codes : str or sequence, optional
         Codes of the quality columns that are good [-], such as "0,4"; all others are bad. By the vendors' schemes when
         not given.
@@ -141,7 +145,7 @@ def read(
     loops = open_loops(
         source, dt=dt, tag=tag, columns=columns, loop_type=loop_type, map=map, sheet=sheet, delimiter=delimiter,
         decimal=decimal, time_format=time_format, day_first=day_first, timezone=timezone, op_range=op_range,
-        mv_range=mv_range, align=align, max_gap=max_gap, max_bytes=max_bytes,
+        mv_range=mv_range, align=align, max_gap=max_gap, max_bytes=max_bytes, max_memory=max_memory,
         good_codes=good_codes, keep_uncertain=keep_uncertain, query=query, table=table, time=time,
         value=value, quality=quality, tag_column=tag_column, tags=tags, since=since, until=until,
     )  # fmt: skip

@@ -77,7 +77,7 @@ def parse_signals(loop: LoopRoles, columns: dict[str, TagColumn], options: ReadO
         values["sp"] = values["sp"] * scale[0] + scale[1]
         notes.append(f"SP is given in {of_sp} and was converted to {of_pv}.")
     labels = {role: column_label(column) for role, column in columns.items()}
-    tables = {id(column.table): column.table for column in loop.roles.values()}
+    tables = {id(column.table): column.table for column in loop.roles.values()} if flags else {}
     others = {name.strip().upper() for table in tables.values() for name in table_headings(table).names}
     readings = read_quality(
         flags, others, good_codes={key: loop.good_codes.get(key, options.good_codes) for key in flags},

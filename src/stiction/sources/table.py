@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Callable, Iterable
 
     import polars as pl
 
@@ -47,7 +47,7 @@ class RawTable:
     """The first `SNIFF_ROWS` rows of data as text; a row may be shorter or longer than `width`."""
     width: int
     """Number of columns."""
-    reader: Callable[[Sequence[int]], pl.DataFrame]
+    reader: Callable[..., pl.DataFrame]
     """From column positions to these columns, in that order. Text formats give String columns with the cells as
     written (stripped of blanks); others give the types that the file stores."""
     first_line: int = 1
@@ -61,19 +61,33 @@ class RawTable:
     file, markers such as ``#NAMES``), each with as many cells as it has."""
     metadata: dict[str, str] = field(default_factory=dict)
     """Key and value pairs stored with the table (Parquet, Arrow)."""
+    count_rows: Callable[[], int] | None = None
+    """Gives the number of rows, where the format tells it without reading them; then `reader` takes a first row too."""
+    first_row: int = 0
+    """First row that is read; those before it do not fit into the memory."""
     _columns: dict[int, pl.Series] = field(default_factory=dict, repr=False)
 
     def load(self, positions: Iterable[int]) -> None:
         """Read some columns in one pass, if they were not read before."""
         wanted = sorted({position for position in positions if position not in self._columns})
         if wanted:
-            frame = self.reader(wanted)
+            frame = self.reader(wanted, self.first_row) if self.first_row else self.reader(wanted)
             self._columns.update(zip(wanted, frame.get_columns(), strict=True))
 
     def column(self, position: int) -> pl.Series:
         """Give one column, shape (n_rows,)."""
         self.load([position])
         return self._columns[position]
+
+    def keep_last(self, rows: int) -> None:
+        """Read no more than the last rows; nothing changes where columns were read already."""
+        n = self.count_rows() if self.count_rows and not self._columns else 0
+        if n > rows and not self.first_row:
+            self.first_row = n - rows
+            self.notes.append(
+                f"Of {n:,} rows only the last {rows:,} are read, as more do not fit into the memory; allow more with "
+                "max_memory."
+            )
 
     def drop(self, positions: Iterable[int]) -> None:
         """Forget the cells of columns that are not needed any more, to save memory."""

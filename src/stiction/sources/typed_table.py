@@ -67,15 +67,16 @@ def typed_table(
     def count_rows() -> int:
         return lazy.select(pl.len()).collect().item()
 
-    def read(positions: Sequence[int], _keep: object = keep) -> pl.DataFrame:
+    def read(positions: Sequence[int], first_row: int = 0, _keep: object = keep) -> pl.DataFrame:
         with damage_refused(origin.name):
-            if max_bytes is not None and 8 * count_rows() * len(positions) > max_bytes:
+            if max_bytes is not None and 8 * (count_rows() - first_row) * len(positions) > max_bytes:
                 raise RecordError(
                     f"{count_rows():,} rows of {len(positions)} columns exceed {max_bytes:,} bytes",
                     remedy=("read one loop with ", Setting("tag"), ", or allow more with ", Setting("max_bytes")),
                     where=origin.name,
                 )
-            return lazy.select(_to_plain_type(names[k], types[names[k]]) for k in positions).collect()
+            rows = lazy.slice(first_row) if first_row else lazy
+            return rows.select(_to_plain_type(names[k], types[names[k]]) for k in positions).collect()
 
     sampled = [k for k, name in enumerate(names) if name not in unsampled]
     sample: list[list[str]] = []
@@ -87,7 +88,9 @@ def typed_table(
                 row[k] = cell
             sample.append(row)
     header = [headings, *([[units.get(one, "") for one in headings]] if units.keys() & set(headings) else [])]
-    return RawTable(origin, header, sample, len(names), read, notes=list(notes), metadata=metadata or {})
+    return RawTable(
+        origin, header, sample, len(names), read, notes=list(notes), metadata=metadata or {}, count_rows=count_rows
+    )
 
 
 @contextmanager

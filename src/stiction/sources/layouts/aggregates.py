@@ -101,8 +101,9 @@ def _average_rows(table: RawTable) -> RawTable:
     import polars as pl
 
     names = table_headings(table).names
-    places = [i for i in range(table.width) if _are_aggregates(table.sample_column(i))]
-    found = find_long_columns(names, table.sample, table.decimal) if len(places) == 1 and table.width <= 40 else {}
+    width = table.width if table.width <= 40 else 0
+    places = [i for i in range(width) if _are_aggregates(table.sample_column(i))]
+    found = find_long_columns(names, table.sample, table.decimal) if len(places) == 1 else {}
     if not found or places[0] in found.values():
         return table
     words = table.column(places[0]).cast(pl.String).fill_null("").str.strip_chars().str.to_uppercase()

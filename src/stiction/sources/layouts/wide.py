@@ -32,6 +32,9 @@ if TYPE_CHECKING:
 
 __all__ = ["read", "recognises"]
 
+MIN_WRITTEN = 3
+"""Cells among the first rows without which a column is not looked at, as some formats give those of few columns [-]."""
+
 
 def recognises(table: RawTable, options: ReadOptions) -> bool:  # noqa: ARG001
     """Whether this layout can read a table: it reads all that no other layout recognises."""
@@ -92,7 +95,8 @@ def _find_sparse(table: RawTable, columns: Sequence[TagColumn], *, min_full_shar
     blank = {id(c) for c in columns if sum(written(c)) < min_full_share * len(table.sample)}
     if not any(_is_sparse(loop["pv"], loop["op"]) for loop in loops.values() if len(loop) == 2):
         signals = [c for c, (_, role) in zip(columns, roles, strict=True) if role in ("pv", "op") and id(c) in blank]
-        if not (changing := [id(column) for column in signals if _is_on_change(column)]):
+        sampled = [column for column in signals if sum(written(column)) >= MIN_WRITTEN]
+        if not (changing := [id(column) for column in sampled if _is_on_change(column)]):
             return []
         blank -= {id(column) for column in signals} - {*changing}
     return [column for column in columns if id(column) in blank]

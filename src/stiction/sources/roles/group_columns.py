@@ -35,8 +35,11 @@ def group_columns(columns: Sequence[TagColumn]) -> tuple[list[TagGroup], list[Ta
         if pair and pair[0].isdigit() and (tag := parse_instrument_tag(column.name)):
             variable = "" if tag.kind == "position" else tag.variable
             pair = None if (variable, tag.number) in numbers else pair  # the valve PV 4101 beside PT 4101
-        cells = [] if column.position is None else column.table.sample_column(column.position)
-        flag = flag_role(column.name, cells) if pair is None or role_of(pair[1]) == "fallback quality" else ""
+        flag = ""
+        if pair is None or role_of(pair[1]) == "fallback quality":
+            flag = flag_role(
+                column.name, [] if column.position is None else column.table.sample_column(column.position)
+            )
         if flag and pair is None:
             pair, note = ("", "QUALITY"), f"{column_label(column)} is taken as quality, by its words; {HOW_TO_OVERRULE}"
         elif pair and role_of(pair[1]) == "fallback quality" and not flag:

@@ -108,6 +108,8 @@ def _parse_texts(cells: pl.Series, decimal: str, where: str, written: str) -> Nu
     for word, count in (words if is_word.all() else words.filter(is_word)).iter_rows():
         text = (word or "").translate(SPACES).strip()
         texts["" if text.upper() in MISSING_WORDS else text[:MAX_TEXT]] += count
+    if len(names) == 1:
+        return NumericColumn(values, texts, "")
     one = to_one_unit(values, names, codes, where, written=written)
     return NumericColumn(one.values, texts, one.unit, one.note)
 

@@ -73,7 +73,7 @@ def op_to_percent(
         zero, full = STANDARD_SIGNALS[written]
         unlike = f"unlike a signal of {zero:g} to {full:g} {unit}"
         return Percent(op, unit, [f"{lies}, {unlike}: {left}{zero:g} to {full:g}."])
-    if written in ("", *OTHER_OUTPUT_UNITS) and (found := _by_ends(op, unit)):
+    if written in ("", *OTHER_OUTPUT_UNITS) and (found := _by_ends(op, unit, low, high)):
         return found
     if written in OTHER_OUTPUT_UNITS:
         return Percent(op, unit, [f"OP is given in {unit}: {left}low to high."])
@@ -162,13 +162,16 @@ def _scale_by_range(op: NDArray[np.float64], span: Span) -> NDArray[np.float64]:
     return percent
 
 
-def _by_ends(op: NDArray[np.float64], unit: str) -> Percent | None:
+def _by_ends(op: NDArray[np.float64], unit: str, low: float, high: float) -> Percent | None:
     """Values in % of span where OP rests at both ends of a current or of a converter's counts; else None."""
-    low, high = _limits(op)
     for span, name in (((4.0, 20.0), "mA"), *(((0.0, full), "counts") for full in FULL_COUNTS)):
         near = 1e-3 * (span[1] - span[0])
-        is_other = unit.upper() not in ("", name.upper()) or low < span[0] - 10 * near or high > span[1] + 30 * near
-        if not is_other and all(np.count_nonzero(np.abs(op - end) < near) >= 3 for end in span):
+        is_other = unit.upper() not in ("", name.upper()) or abs(low - span[0]) > 10 * near
+        if (
+            not is_other
+            and abs(high - span[1]) < 30 * near
+            and all(np.count_nonzero(np.abs(op - end) < near) >= 3 for end in span)
+        ):
             note = (
                 f"OP lies between {low:.4g} and {high:.4g} and rests at {span[0]:g} and at {span[1]:g}: it is taken as "
             )

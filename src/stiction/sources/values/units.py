@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections import Counter
 from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -47,7 +46,8 @@ def to_one_unit(
     >>> found.values, found.unit, found.note
     (array([0.99, 1.01, 1.02]), 'kL/h', '1 value in L/h was converted to kL/h.')
     """
-    counts = {units[k]: n for k, n in Counter(codes[np.isfinite(values)].tolist()).most_common()}
+    rows = np.bincount(codes[np.isfinite(values)], minlength=len(units)).tolist()
+    counts = {unit: n for n, unit in sorted(zip(rows, units, strict=True), key=lambda pair: -pair[0]) if n}
     if len(counts) < 2:
         return OneUnit(values, next(iter(counts), ""), "")
     target = next((unit for unit in counts if unit.upper() == written.upper()), next(iter(counts)))
