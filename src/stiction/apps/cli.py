@@ -187,12 +187,22 @@ def _report_fault(error: Exception) -> int:
     )
 
 
+class _VisibleFormatter(logging.Formatter):
+    """Shows control characters of tags as their codes."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """Return the line of a message."""
+        from stiction.display.visible_text import visible
+
+        return visible(super().format(record))
+
+
 def _attach_logger() -> None:
     """Show log messages on a terminal, such as the one that kernels are being compiled."""
     logger = logging.getLogger("stiction")
     if sys.stderr.isatty() and not logger.handlers:
         handler = logging.StreamHandler()
-        handler.setFormatter(logging.Formatter("stiction: %(message)s"))
+        handler.setFormatter(_VisibleFormatter("stiction: %(message)s"))
         logger.addHandler(handler)
         logger.setLevel(logging.INFO)
 
@@ -231,7 +241,9 @@ def _convert(kind: Any, tokens: "Sequence[Token]") -> Any:
 
 
 def _exit_with(sentence: str, code: int) -> int:
-    print(f"stiction: {sentence}", file=sys.stderr)
+    from stiction.display.visible_text import visible
+
+    print(visible(f"stiction: {sentence}"), file=sys.stderr)
     return code
 
 

@@ -12,6 +12,8 @@ from functools import partial
 from shutil import get_terminal_size
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from stiction.display.visible_text import visible
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
@@ -137,4 +139,4 @@ def _write(stream: Any, text: str) -> None:
 
 
 def _plain(text: str) -> str:
-    return text.replace("\u00a0", " ")
+    return visible(text.replace("\u00a0", " "))

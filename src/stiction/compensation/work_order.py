@@ -12,6 +12,7 @@ from stiction.compensation.prediction_text import format_settings, prediction_te
 from stiction.compensation.shop_tests import acceptance_criteria, plan_acceptance_test, plan_confirmation_tests
 from stiction.compensation.suspect_parts import SuspectPart, rank_suspects
 from stiction.diagnosis import Diagnosis
+from stiction.display.duration_format import format_time
 from stiction.display.json_form import Result
 from stiction.display.number_format import format_interval, format_probability
 from stiction.errors import ParameterError, require_kind
@@ -182,7 +183,7 @@ def _usual_op(diagnosis: Diagnosis) -> float:
 
 def _describe_record(diagnosis: Diagnosis) -> str:
     record = diagnosis.record
-    start = f"from {record.start:%Y-%m-%d %H:%M}" if record.start else f"date {BLANK}"
+    start = f"from {format_time(record.start)}" if record.start else f"date {BLANK}"
     return f"{record.provenance.source}, {start}, {record.duration / 60.0:.3g} min, sampled every {record.dt:g} s"
 
 

@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from stiction.display.card import bar, card, paragraph, sparkline, table
-from stiction.display.duration_format import format_seconds
+from stiction.display.duration_format import format_seconds, format_time
 from stiction.display.number_format import count_noun, format_interval, format_number, format_probability
 
 __all__ = ["group_html", "identification_html", "record_html", "trial_html", "verdict_html"]
@@ -20,7 +20,7 @@ MAX_MEMBERS = 20
 def record_html(record: Any) -> str:
     """Return the card of a LoopRecord: size, signals, drawings."""
     length = f"{count_noun(len(record), 'sample')} every {format_seconds(record.dt)}, {format_seconds(record.duration)}"
-    start = f", from {record.start:%Y-%m-%d %H:%M:%S}" if record.start is not None else ""
+    start = f", from {format_time(record.start)}" if record.start is not None else ""
     missing = f" {format_number(record.missing_percent, '%')} missing." if record.missing_percent else ""
     title = f"{record.tag} ({record.loop_type})"
     return card(title, [paragraph(f"{length}{start}.{missing}"), *_drawings(record)])

@@ -10,7 +10,7 @@ from stiction.report import labels
 if TYPE_CHECKING:
     from stiction.diagnosis.identification.result import ControllerFit, Identification, ProcessFit
 
-__all__ = ["describe_controller", "describe_identification"]
+__all__ = ["describe_controller", "describe_drift", "describe_identification"]
 
 
 def describe_controller(controller: ControllerFit, unit: str) -> str:
@@ -40,13 +40,18 @@ def describe_identification(identification: Identification, unit: str) -> list[t
         ("Process with the sticky valve", f"{_process(identification.process, unit)}."),
         ("Process with a good valve", f"{_process(identification.linear, unit)}."),
     ]
-    if math.isfinite(identification.drift) and math.isfinite(identification.drift_error):
-        drift, error = (
-            labels.format_number(x, significant=2) for x in (identification.drift, identification.drift_error)
-        )
-        lines.append(("Drift of S", f"S changes by {drift} {unit} per hour (standard error {error})."))
+    if drift := describe_drift(identification, unit):
+        lines.append(("Drift of S", drift))
     remarks = " ".join(text for text in (identification.J_remark, identification.reason) if text)
     return [*lines, ("Limits", remarks)] if remarks else lines
+
+
+def describe_drift(identification: Identification, unit: str) -> str:
+    """Return the drift of S with its standard error as a sentence; empty when it was not estimated."""
+    if not (math.isfinite(identification.drift) and math.isfinite(identification.drift_error)):
+        return ""
+    drift, error = (labels.format_number(x, significant=2) for x in (identification.drift, identification.drift_error))
+    return f"S changes by {drift} {unit} per hour (standard error {error})."
 
 
 def _process(process: ProcessFit, unit: str) -> str:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from stiction.display.duration_format import format_duration, format_time
 from stiction.display.number_format import count_noun, format_number, format_probability
+from stiction.display.visible_text import visible
 from stiction.report.blocks import Cell, TrustedHtml
 from stiction.report.plot_json import to_json
 
@@ -36,6 +37,7 @@ def environment() -> jinja2.Environment:
         trim_blocks=True,
         lstrip_blocks=True,
         undefined=jinja2.StrictUndefined,
+        finalize=lambda value: value if hasattr(value, "__html__") or not isinstance(value, str) else visible(value),
     )
 
     def show(block: Block) -> Markup:

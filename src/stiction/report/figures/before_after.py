@@ -103,12 +103,6 @@ def _stacked_panels(
         "anchor": f"y{'' if len(runs) == 1 else len(runs)}",
         "range": [(left - start) / size, (end - start) / size],
     }
-    layout["shapes"] = [
-        {
-            "type": "line", "x0": (time - start) / size, "x1": (time - start) / size, "y0": 0.0, "y1": 1.0,
-            "yref": "paper", "line": {"color": style.SECONDARY_COLOR, "width": 1, "dash": "dot"},
-        }
-        for time in steps
-    ]  # fmt: skip
+    layout["shapes"] = [style.vertical_line((time - start) / size) for time in steps]
     layout |= {"annotations": notes, "legend": {"y": 1.06}, "margin": {"t": style.BELOW_BUTTONS}}
     return {"data": data, "layout": layout}

@@ -42,13 +42,8 @@ def retuning(retuned: Retuning) -> Figure | None:
     layout = {
         "xaxis": {"type": "log", "title": {"text": "IAE of a load step, relative to the present"}},
         "yaxis": {"rangemode": "tozero", "title": {"text": "PV std of the remaining cycle"}},
-        "shapes": [
-            {
-                "type": "line", "x0": 1, "x1": 1, "y0": 0, "y1": 1, "yref": "paper", "layer": "below",
-                "line": {"color": style.SECONDARY_COLOR, "width": 1, "dash": "dot"},
-            }
-        ],
-    }  # fmt: skip
+        "shapes": [style.vertical_line(1)],
+    }
     ticks = [t for t in (0.2, 0.5, 1, 2, 5, 10) if t <= MAX_PLOTTED_IAE]
     layout["xaxis"] |= {"tickvals": ticks, "ticktext": [f"{t:g}" for t in ticks]}
     lost = len(retuned.curve) - len(drawn)

@@ -8,17 +8,18 @@ import numpy as np
 
 from stiction.report import labels, style
 from stiction.report.blocks import Figure
+from stiction.report.identification_text import describe_drift
 
 if TYPE_CHECKING:
     from stiction.report.loop_view import LoopView
 
-__all__ = ["describe_drift", "segments"]
+__all__ = ["segments"]
 
 
 def segments(view: LoopView) -> Figure | None:
     """Return S over time, a bar for each part of the record; None with fewer than two parts."""
-    parts, sticky = view.segments, view.sticky_segments
-    if len(parts) < 2:
+    parts, sticky, identification = view.segments, view.sticky_segments, view.diagnosis.identification
+    if identification is None or len(parts) < 2:
         return None
     step, unit = view.diagnosis.record.dt / view.unit[1], view.op_unit_short
     groups = (
@@ -55,15 +56,6 @@ def segments(view: LoopView) -> Figure | None:
     }
     caption = (
         f"In {len(sticky)} of {len(parts)} parts of the record the sticky valve is clearly more likely than a good "
-        f"one. {describe_drift(view)}"
+        f"one. {describe_drift(identification, unit)}"
     )
     return Figure({"data": data, "layout": layout}, "S in each part of the record", caption.strip(), height=190)
-
-
-def describe_drift(view: LoopView) -> str:
-    """Return the drift of S with its standard error as a sentence; empty when it was not estimated."""
-    identification = view.diagnosis.identification
-    if identification is None or not np.isfinite([identification.drift, identification.drift_error]).all():
-        return ""
-    drift, error = (labels.format_number(x, significant=2) for x in (identification.drift, identification.drift_error))
-    return f"S changes by {drift} {view.op_unit_short} per hour (standard error {error})."

@@ -7,9 +7,11 @@ import { xyPlot } from "./xyplot.js";
 const MARKS = { good: ["✓", "good"], alert: ["✗", "alert"], unknown: ["?", "unknown"] };
 /** Rows of a table above which it is folded. */
 const MAX_OPEN_ROWS = 10;
+/** Characters of a text above which its column gets width. */
+const LONG_TEXT = 40;
 
 function cell({ text, mark, number }) {
-  if (!mark) return h("td", { class: number ? "number" : null }, text);
+  if (!mark) return h("td", { class: number ? "number" : text.length > LONG_TEXT ? "long" : null }, text);
   const [shape, word] = MARKS[mark];
   return h("td", { class: `mark-${mark}` }, h("span", { "aria-hidden": "true" }, `${shape} `), h("span", { class: "hidden-text" }, `${word}: `), text);
 }
@@ -66,7 +68,7 @@ function bars({ title, caption, x_label, names, x, text }) {
     return h("span", { class: "bar-box", "aria-hidden": "true" }, fill, line);
   };
   const rows = names.map((name, k) => h("tr", {}, h("th", { scope: "row" }, name), h("td", {}, bar(x[k])), h("td", { class: "number" }, text[k])));
-  const head = h("tr", {}, h("td", {}), h("td", {}), h("th", { scope: "col", class: "number" }, x_label));
+  const head = h("tr", {}, h("td", {}), h("th", { scope: "col", class: "number", colSpan: 2 }, x_label));
   return h("div", { class: "report-figure" }, h("h4", {}, title), h("table", { class: "bars" }, h("thead", {}, head), h("tbody", {}, rows)), h("p", { class: "caption" }, caption));
 }
 
