@@ -58,9 +58,9 @@ def loop_headline(diagnosis: Diagnosis) -> Headline:
         labels.headline(diagnosis),
         labels.confidence_text(diagnosis),
         diagnosis.reason,
-        diagnosis.action,
-        _facts(diagnosis),
-        severity,
+        action=diagnosis.action,
+        facts=_facts(diagnosis),
+        severity=severity,
     )
 
 
