@@ -264,7 +264,7 @@ def _foretold_evidence(
     away = stems - sent.reshape(n, blocks.size).mean(axis=1)
     gain = process.gain * (h if process.integrating else 1.0) / blocks.scale_pv
     slow = math.inf if process.integrating else max(process.time_constant - process.lag, 0.0) / h
-    block_process = FittedProcess(gain, slow, process.lag / h, process.dead_time / h, 0.0)
+    block_process = FittedProcess(gain, slow, process.lag / h, min(process.dead_time / h, n - 1.0), 0.0)
     answer = np.array([simulate_process(x, block_process, None) for x in away])
     effect = answer[:, blocks.first :].copy()
     for k in range(1, PV_LAGS + 1):
