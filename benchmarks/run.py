@@ -17,7 +17,7 @@ from bench import REPEATS, show
 
 SECTIONS = (
     *("valves", "physical", "loops", "limitcycle", "identification", "evidence", "diagnosis", "compilation"),
-    *("compensation", "sources", "start", "whatif", "web"),
+    *("exported", "compensation", "sources", "start", "whatif", "web"),
 )
 
 

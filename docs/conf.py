@@ -72,7 +72,7 @@ html_theme_options = {
 }
 
 
-GALLERY = ("verdict", "models", "cycles", "valve_tests", "remedies", "reading", "fleet", "paper")
+GALLERY = ("verdict", "models", "cycles", "valve_tests", "remedies", "export", "reading", "fleet", "paper")
 
 sphinx_gallery_conf = {
     "examples_dirs": "../examples",

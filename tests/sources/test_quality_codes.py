@@ -53,6 +53,8 @@ VENDORS = {  # heading, good codes, codes of missing values, by the documents of
     "RIO": ("Quality", "0", "2 1"),
     "texts": ("Quality", "OK", "Stale Bad No~Data Uncertain"),
     "valid": ("IsValid", "1", "0"),
+    "valid in words": ("valid", "true", "false"),
+    "old": ("Quality", "OK", "Old Unc"),
 }  # fmt: skip
 
 
@@ -192,3 +194,11 @@ def test_the_map_names_the_good_codes(tmp_path):
     plan.write_text("tag,loop,role,good\nPV,FIC1,pv,0\nOP,FIC1,op,\n")
     with pytest.raises(RecordError, match="give it to a quality column"):
         st.read(path, map=plan)
+
+
+def test_a_column_of_a_long_table_that_is_not_used_is_named(tmp_path):
+    path = tmp_path / "a.csv"
+    rows = [f"FIC1.{tag},{k},{x[k]},{k % 3}" for tag, x in (("PV", PV), ("OP", OP)) for k in range(N)]
+    path.write_text("\n".join(["tag,time_s,value,batch", *rows]))
+    [record] = st.read(path)
+    assert "Columns of the long table that are not used: batch." in record.provenance.assumptions

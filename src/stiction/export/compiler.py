@@ -11,7 +11,7 @@ from pathlib import Path
 
 __all__ = ["BuildError", "Platform", "build_library", "find_compiler", "this_platform"]
 
-FLAGS = ("-std=c99", "-O2", "-shared", "-fPIC", "-ffp-contract=off", "-fvisibility=hidden")
+FLAGS = ("-std=c99", "-O3", "-shared", "-fPIC", "-ffp-contract=off", "-fvisibility=hidden")
 """Flags of the build; without contraction the numbers equal those of the kernels."""
 BUILD_SECONDS = 120.0
 """Longest time for a build [s]."""

@@ -82,16 +82,19 @@ static int set(instance_t *c, const uint32_t *at, size_t n, const double *value)
 
 /* Take the samples whose time lies in [from, from + step), each once. The importer's own step may have any length. */
 static int advance(instance_t *c, double from, double step) {
-    const double dt = c->s.values[DT], start = c->s.start, off = from - c->s.values[TIME];
-    const double tolerance = 1e-6 * dt, last = from + step - tolerance;
-    if (c->s.phase != RUNNING || !(step >= 0.0) || !(off <= tolerance) || !(off >= -tolerance)) {
+    const double dt = c->s.values[DT], end = from + step, tolerance = 1e-6 * dt;
+    double next = c->s.start + c->s.next * dt;
+    if (c->s.phase != RUNNING || !(step >= 0.0) || !(fabs(from - c->s.values[TIME]) <= tolerance)) {
         complain(c, c->s.phase != RUNNING ? "the model is not initialised, or was terminated."
                     : !(step >= 0.0) ? "a step must not be negative."
                                      : "a step must begin where the last one ended; restore an earlier state first.");
         return 1;
     }
-    for (; start + c->s.next * dt < last; c->s.next += 1.0) glue_step(&c->s.model, c->s.values + FIRST_INPUT);
+    for (; next < end - tolerance; next = c->s.start + c->s.next * dt) {
+        glue_step(&c->s.model, c->s.values + FIRST_INPUT);
+        c->s.next += 1.0;
+    }
     glue_outputs(&c->s.model, c->s.values + FIRST_OUTPUT);
-    c->s.values[TIME] = from + step;
+    c->s.values[TIME] = end;
     return 0;
 }

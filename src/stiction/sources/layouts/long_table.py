@@ -146,6 +146,9 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
         table.notes.append(f"Column {named} is part of the tags, as it tells series apart that have the same times.")
     whole = headings.heading_column(table, found["value"], clock)
     whole.flags = headings.flag_loaders(table, {*headings.flag_positions(table)} - {*found.values(), *time})
+    used = {*found.values(), *time, *series, *headings.flag_positions(table)}
+    left = [name for i, name in enumerate(headings.table_headings(table).names) if i not in used and name]
+    table.notes += [f"Columns of the long table that are not used: {', '.join(left[:10])}."] if left else []
     rows = [one.to_numpy() for one in tags["row"]]
     clocks = headings.share_clocks([headings.pick_stamps(clock, one) for one in rows])
     texts_of_tags = tags.select("name", "unit", "description").iter_rows(named=True)

@@ -38,11 +38,12 @@ SCHEMES = (
         "text", (),
         ("GOOD*", "OK", "VALID", "NORMAL", "GUT", "BON", "BONNE", "BUENO", "BUENA", "BUONO", "BOM", "RAW"),
         (
-            "UNCERTAIN*", "QUESTIONABLE*", "DOUBTFUL*", "SUSPECT*", "SUBSTITUTE*", "ESTIMATED*", "UNSICHER",
+            "UNC*", "QUESTIONABLE*", "DOUBTFUL*", "SUSPECT*", "SUBSTITUTE*", "ESTIMATED*", "UNSICHER",
             "INCERTAIN", "INITIAL*", "?", "MANUAL ENTRY",
         ),
         (
-            "BAD*", "INVALID*", "STALE*", "NO DATA*", "NODATA*", "NO SAMPLE*", "NO STATUS*", "NOT CONNECTED*",
+            "BAD*", "INVALID*", "STALE*", "OLD", "HELD",
+            "NO DATA*", "NODATA*", "NO SAMPLE*", "NO STATUS*", "NOT CONNECTED*",
             "TIMEOUT*",
             "I/O TIMEOUT*", "SCAN OFF*", "SCAN TIMEOUT*", "PT CREATED", "POINT CREATED", "SHUTDOWN*", "COMM FAIL*",
             "COMM_FAIL*", "COMMUNICATION*", "CONFIGURE*", "INTF SHUT*", "UNDER RANGE*", "OVER RANGE*", "OUT OF SERV*",
