@@ -47,6 +47,11 @@ def feature_row(loop: KnownLoop) -> dict[str, Any]:
         "J": None if one is None else one.J,
         **{f"cause_{name}": value for name, value in found.oscillation_cause.to_dict().items()},
         **{f"x_{name}": value for name, value in found.features.items()},
+        **{f"y_{name}": value for name, value in found.cause_features.items()},
+        "finding": found.finding, "S_detectable": found.S_detectable, "op_range": found.op_range,
+        "amplitude_op": found.oscillation.amplitude_op,
+        "evidence": None if found.response is None or found.response.evidence is None
+        else found.response.evidence.tolist(),
         # Distance of each published method's index from its threshold; missing where the method does not apply.
         **{f"m_{method.method}": method.index - method.threshold for method in found.evidence if method.valid},
     }  # fmt: skip

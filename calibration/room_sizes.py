@@ -17,7 +17,7 @@ PACKAGE = Path(__file__).resolve().parents[1] / "src" / "stiction"
 LIMITS = {
     ".": {"lines": 71000},
     "apps": {"lines": 9900},
-    "diagnosis": {"code": 5300, "lines": 9000, "numbers": 250},
+    "diagnosis": {"code": 5300, "lines": 9400, "numbers": 260},
     "diagnosis/identification": {"code": 2600, "files": 24},
     "diagnosis/verdict": {"code": 900},
 }

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import polars as pl
 
+from calibration.advice_scores import advice_section
 from calibration.curve_svg import curve_svg
 from calibration.scores import Scores, interval_coverage, reliability, risk_coverage, scores
 from calibration.train import trainable, weights_of
@@ -113,12 +114,31 @@ def recorded_section(table: pl.DataFrame, prior: float) -> list[str]:
     return lines
 
 
+ADVICE = """## Advice
+
+Loops of every kind that advice is about, in equal shares. Wrong advice names a false cause and no true one, calls a
+sticky valve good whose S is above `S_detectable`, or finds nothing in a loop with a fault.
+"""
+
+
+def advice_lines(first: Path | None, second: Path | None) -> list[str]:
+    """The section on causes and on what the record could show; empty without tables."""
+    titles = ("First simulator, fresh seed", "Second simulator")
+    tables = [(title, path) for title, path in zip(titles, (first, second), strict=True) if path and path.exists()]
+    lines = [ADVICE] if tables else []
+    for title, path in tables:
+        lines += advice_section(title, pl.read_parquet(path))
+    return lines
+
+
 def main() -> None:
     """Write the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--first", type=Path, required=True, help="feature table of the first simulator, fresh seed")
     parser.add_argument("--second", type=Path, required=True, help="feature table of the second simulator")
     parser.add_argument("--recorded", type=Path, help="feature table of the recorded loops")
+    parser.add_argument("--kinds", type=Path, help="feature table of the kinds of the first simulator, fresh seed")
+    parser.add_argument("--second-kinds", type=Path, help="feature table of the kinds of the second simulator")
     parser.add_argument("--prior", type=float, default=0.25)
     given = parser.parse_args()
     pictures = ROOT / "docs" / "pictures"
@@ -131,6 +151,7 @@ def main() -> None:
         lines += recorded_section(pl.read_parquet(given.recorded), given.prior)
     else:
         lines += ["## Recorded loops", "", "Left out: no records were at hand.", ""]
+    lines += advice_lines(given.kinds, given.second_kinds)
     choices = json.loads((ROOT / "calibration" / "choices.json").read_text(encoding="utf-8"))
     listed = "\n".join(f"{k}. {text}" for k, text in enumerate(choices, 1)) or "None."
     lines += [CHOICES.format(count=len(choices), choices=listed), model_section()]

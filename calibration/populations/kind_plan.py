@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,6 +23,8 @@ MAX_AT_LIMIT = 0.02
 """Largest share of the samples with OP at a limit where that is not the fault [-]."""
 TRANSMITTER = (0.01, 0.3)
 """Standard deviation of the measurement noise over the PV's swing, or where nothing else moves the loop, OP's [-]."""
+OPERATED, OPERATED_SIZE = 0.35, (0.05, 0.7)
+"""Share of the loops whose set point an operator changes now and then, and size over the PV's swing [-]."""
 GOOD_OUTPUT = Faults()
 """Nothing wrong between controller and process."""
 
@@ -72,9 +74,20 @@ class Plan:
         return run_faulty(self.loop, self.faults, sp, load, pv + noise, self.op_start)[:, self.burn :]
 
 
+def operator_steps(rng: np.random.Generator, n: int, swing: float) -> NDArray[np.float64]:
+    """One to three small changes of the set point, of which none drives the loop, shape (n_samples,)."""
+    sp = np.zeros(n)
+    for first in rng.integers(0, n, int(rng.integers(1, 4))):
+        sp[first:] += float(rng.choice([-1.0, 1.0])) * log_uniform(rng, *OPERATED_SIZE) * swing
+    return sp
+
+
 def record_plan(rng: np.random.Generator, plan: Plan, tag: str) -> KindCase | None:
     """Run a plan with noise; None where it does not move, or runs into a limit that is not its fault."""
     pv, op, _ = plan.run()
+    if "set_point" not in plan.causes and rng.random() < OPERATED:
+        plan = replace(plan, sp=operator_steps(rng, plan.n, robust_range(pv)))
+        pv, op, _ = plan.run()
     level = plan.noise
     if level is None:
         controller = plan.loop.controller

@@ -34,7 +34,7 @@ __all__ = ["KINDS", "draw_kind", "kind_population"]
 
 KIND = 13
 """Follows the seed and number of a loop, so that none is drawn like one of another population."""
-CYCLES, SAMPLES = (6.0, 60.0), (900, 5000)
+CYCLES, SAMPLES = (4.0, 60.0), (900, 6000)
 """Periods and samples of a record [-]."""
 
 
@@ -82,7 +82,7 @@ def _length(rng: np.random.Generator, period: float) -> int:
 
 
 def _outside_period(rng: np.random.Generator) -> float:
-    return log_uniform(rng, 12.0, 500.0)
+    return log_uniform(rng, 12.0, 1000.0)
 
 
 def _background(rng: np.random.Generator, n: int, size: float) -> NDArray[np.float64] | float:
@@ -114,6 +114,8 @@ def _outside_switching(rng: np.random.Generator) -> Plan:
     kind = rng.random()
     if kind < 0.4:
         series = wave(rng, "square", n, 2.0 * hold, jitter=float(rng.uniform(0.0, 0.03)))
+    elif kind < 0.55:
+        series = np.cumsum(rng.random(n) < 1.0 / hold) % 3 - 1.0
     elif kind < 0.7:
         series = np.where(np.cumsum(rng.random(n) < 1.0 / hold) % 2, 1.0, -1.0)
     else:
@@ -255,6 +257,9 @@ def _scenario(cause: str, causes: tuple[str, ...]) -> Callable[[np.random.Genera
         if case is None:
             return None
         more = ("external",) if "and sine" in case.kind or "moved by a load" in case.kind else ()
+        sp = case.record.sp
+        if cause != "sensor" and sp is not None and float(np.ptp(sp)) > 0.5 * float(case.record.pv.std()):
+            more = (*more, "set_point")
         S, J = (case.S, case.J) if case.S > 0.0 else (0.0, 0.0)
         return KindCase(case.record, cause, causes + more, S, J)
 

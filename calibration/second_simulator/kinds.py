@@ -31,6 +31,8 @@ CYCLES, SAMPLES = (8.0, 50.0), (1000, 5000)
 """Periods and samples of a record [-]."""
 MAX_AT_LIMIT = 0.02
 """Largest share of the samples with OP at a limit where that is not the fault [-]."""
+OPERATED = 0.35
+"""Share of the loops whose set point an operator changes twice [-]."""
 WHOLE = Output()
 """Nothing wrong between controller and valve."""
 STATIC_OF_STUCK = 1e4
@@ -370,6 +372,10 @@ def sample_kind(kind: str, seed: int) -> SecondKind:
 
 def _recorded(rng: np.random.Generator, one: Draft, kind: str, seed: int) -> SecondKind | None:
     """The loop as it is stored; None where it runs away, rests, or comes to a limit that is not its fault."""
+    if "set_point" not in one.causes and one.logged != "unmoved" and rng.random() < OPERATED:
+        swing = float(np.ptp(one.run()[1][one.warm :]))
+        places = rng.integers(one.warm, one.total, 2)
+        one.sp = sum(float(rng.uniform(-0.5, 0.5)) * swing * (np.arange(one.total) >= place) for place in places)
     op, pv, stem = (x[one.warm :] for x in one.run())
     sp = (np.zeros(one.total) + one.sp)[one.warm :]
     limited = float(np.mean((op <= 0.01) | (op >= 99.99)))

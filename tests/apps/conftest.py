@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 from dataclasses import dataclass
 
+import numpy as np
 import pytest
 
 import stiction as st
@@ -60,12 +61,13 @@ def sticky_csv() -> str:
 
 @pytest.fixture(scope="session")
 def healthy_csv() -> str:
-    """A flow loop with a good valve and a moving load."""
+    """A flow loop with a good valve, a moving load and set-point steps that show the valve to follow OP."""
     from dataclasses import replace
 
     from stiction.simulation.input_signals import random_walk
 
     loop = st.Loop(st.PID(0.35, 6.0), st.Ideal(), st.FOPDT(1.8, 5.0, 2.0), dt=1.0, noise=0.2)
     load = random_walk(0.0, 0.08, 900.0, 1.0, seed=2)
-    record = st.simulate(loop, 88.0, 900.0, load, 1, pv_start=88.0, op_start=50.0)
+    sp = 88.0 + 3.0 * (np.arange(900) // 150 % 2)
+    record = st.simulate(loop, sp, 900.0, load, 1, pv_start=88.0, op_start=50.0)
     return csv_text(replace(record, mv=None))

@@ -16,7 +16,7 @@ from stiction.apps.cli import main
 def test_all_forms_in_one_run(tmp_path, capsys):
     arguments = ["--fmu", f"{tmp_path}/kano.fmu", "--c", f"{tmp_path}/c", "--modelica", f"{tmp_path}/Kano.mo"]
     arguments += ["--matlab", f"{tmp_path}/kano.m", "--fmi", "3.0", "--json"]
-    assert main(["export", "kano", "--parameter", "S=5", "-p", "J=2", "--dt", "0.5", *arguments]) == 0
+    assert main(["export", "kano", "--parameter", "S=5", "--parameter", "J=2", "--dt", "0.5", *arguments]) == 0
     written = json.loads(capsys.readouterr().out)
     assert [one["name"] for one in written] == ["kano", "kano", "Kano", "kano"]
     assert {one["dt_s"] for one in written} == {0.5}
@@ -28,7 +28,7 @@ def test_all_forms_in_one_run(tmp_path, capsys):
     ("arguments", "text"),
     [
         (["kano:S=5,J=2"], "give --fmu FILE, --c FOLDER, --modelica FILE or --matlab FILE"),
-        (["kano", "-p", "S=-5", "-p", "J=2", "--fmu", "x.fmu"], "S = -5 % of span is negative"),
+        (["kano", "--parameter", "S=-5", "--parameter", "J=2", "--fmu", "x.fmu"], "S = -5 % of span is negative"),
         (["kanu:S=5,J=2", "--fmu", "x.fmu"], "kano"),
         (["two-move:S=3,J=1", "--fmu", "x.fmu"], "band"),
         (["kano:S=5,J=2", "--fmu", "x.fmu", "--fmi", "1.0"], "use '2.0' or '3.0'"),

@@ -25,7 +25,7 @@ def test_record_of_a_kind_shows_it(kind):
         assert np.ptp(case.record.sp) > 0.0
     if kind == "rate limit":
         moves = np.abs(np.diff(op))
-        assert np.mean(moves > 0.95 * moves.max()) > 0.2
+        assert np.mean(moves > 0.8 * moves.max()) > 0.2
     if kind == "unmoved":
         assert np.ptp(op) < case.S
     if kind == "stuck":

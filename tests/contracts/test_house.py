@@ -59,6 +59,36 @@ def test_numba_is_touched_in_one_place():
     assert users == {"src/stiction/models/numba_compile.py"}
 
 
+MAX_POSITIONAL = 8
+
+
+def kernels_and_callables() -> tuple[set[str], set[str]]:
+    """Names of the kernels, and of all functions and classes of the package."""
+    nodes = [node for p in PACKAGE.rglob("*.py") for node in ast.walk(ast.parse(text_of(p)))]
+    functions = [node for node in nodes if isinstance(node, ast.FunctionDef)]
+    kernels = {
+        one.name for one in functions if {ast.unparse(d) for d in one.decorator_list} & {"kernel", "inline_kernel"}
+    }
+    return kernels, {node.name for node in nodes if isinstance(node, ast.FunctionDef | ast.ClassDef)}
+
+
+def test_calls_name_their_arguments_from_the_ninth_on():
+    """But those of kernels and of their states, which numba wants by place."""
+    kernels, callables = kernels_and_callables()
+    states = {"ValveState", "CompensatorState", "PhysicalParameters", "LoopState"}
+    drivers = {"fast_closed_loop"}  # chooses among kernels
+    named = callables - kernels - states - drivers
+    assert len(named) > 1000
+    long_calls = [
+        f"{name_of(p)}:{node.lineno} {node.func.id}"
+        for p in PACKAGE.rglob("*.py")
+        for node in ast.walk(ast.parse(text_of(p)))
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in named
+        if len(node.args) > MAX_POSITIONAL
+    ]
+    assert not long_calls
+
+
 @pytest.mark.parametrize("path", PAGES, ids=name_of)
 def test_page_is_short(path):
     assert len(text_of(path).splitlines()) <= 400

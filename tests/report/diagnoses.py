@@ -92,7 +92,7 @@ def diagnosis(n=2000, verdict="stiction", found=True, probability=None, run=None
     values = {
         "verdict": verdict,
         "probability": default if probability is None else probability,
-        "oscillation_cause": OscillationCause(*cause, 0.1, 0.02, 0.01),
+        "oscillation_cause": OscillationCause(*cause, external=0.1, sensor=0.02, dead_zone=0.01),
         "evidence": EVIDENCE,
         "identification": identification(run) if found else None,
         "contributions": CONTRIBUTIONS if found else (),

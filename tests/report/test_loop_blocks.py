@@ -94,9 +94,9 @@ def test_stretches_in_another_state_are_listed():
     assert first == Text("The controller is in manual from 0\u00a0s to 4\u00a0min.")
 
 
-def test_five_causes_have_a_row_each(judged):
+def test_causes_have_a_row_each(judged):
     rows = table_of(judged, OSCILLATION, "Causes of the oscillation").rows
-    assert [row[0] for row in rows] == list(labels.CAUSES.values())
+    assert [row[0] for row in rows] == [labels.CAUSES[name] for name in judged.oscillation_cause.to_dict()]
     assert [float(row[1]) for row in rows] == pytest.approx(
         list(judged.oscillation_cause.to_dict().values()), abs=0.005
     )

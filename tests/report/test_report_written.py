@@ -137,7 +137,7 @@ def test_confidence_words(verdict, p, word):
 
 
 def test_a_sticky_valve_next_to_another_cause_has_both_in_the_table(tmp_path):
-    causes = OscillationCause(0.8, 0.1, 0.9, 0.0, 0.0)
+    causes = OscillationCause(valve=0.8, tuning=0.1, external=0.9)
     text = " ".join(written(tmp_path, diagnosis(oscillation_cause=causes), diagnosis()).text)
     assert text.count("Stiction and external load") == 1
 
@@ -165,7 +165,7 @@ def test_without_a_fit_the_page_says_so(tmp_path):
     page = written(tmp_path, diagnosis(found=False, verdict="undecided"))
     text = " ".join(page.text)
     assert "No valve was identified" in text
-    assert "Cannot tell whether the valve sticks" in text
+    assert "cannot tell whether the valve sticks" in text
     assert not any("estimated" in label for label in page.labels)
     assert page.headings == SECTIONS
 
@@ -174,7 +174,7 @@ def test_a_good_valve_shows_no_severity_bar(tmp_path):
     assert "severity" in write_report([diagnosis()], tmp_path / "a.html").read_text().split("<main>")[1]
     good = write_report([diagnosis(verdict="no_stiction")], tmp_path / "b.html").read_text().split("<main>")[1]
     assert 'class="severity"' not in good
-    assert "likely cause of the oscillation: controller tuning" in good
+    assert "Controller tuning; the valve does not stick" in good
 
 
 def test_what_was_identified_is_on_the_page(tmp_path):
@@ -191,7 +191,7 @@ def test_what_was_identified_is_on_the_page(tmp_path):
         assert (rejected in written(tmp_path, replace(found, verdict=verdict)).text) is shown
 
 
-def test_measured_and_estimated_positions_are_told_apart():
+def test_measured_and_estimated_positions_have_different_lines():
     estimated = figures.valve_position(LoopView(diagnosis()))
     both = figures.valve_position(LoopView(diagnosis(run=record(measured=True))))
     assert estimated is not None

@@ -61,8 +61,8 @@ def test_a_dead_zone_without_an_oscillation(op_reversals, confidence):
         verdict="no_stiction",
         run=run,
         identification=identification(run, dead_zone=zone),
-        oscillation_cause=OscillationCause(0.0, 0.0, 0.0, 0.0, 0.9),
+        oscillation_cause=OscillationCause(dead_zone=0.9),
         oscillation=replace(find_oscillation(run), oscillating=False),
     )
-    assert labels.headline(found).endswith("likely cause of the poor control: dead zone at a fixed OP")
+    assert labels.headline(found).startswith("Dead zone at a fixed OP")
     assert labels.confidence_text(found).startswith(confidence)

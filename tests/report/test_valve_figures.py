@@ -122,12 +122,12 @@ def test_every_alternative_of_a_diagnosis_has_a_name(good):
 
 
 def test_five_causes_have_their_scores():
-    causes = OscillationCause(0.9, 0.62, 0.2, 0.1, 0.0)
+    causes = OscillationCause(valve=0.9, tuning=0.62, external=0.2, sensor=0.1)
     figure = figure_of(figures.oscillation_causes, diagnosis(oscillation_cause=causes))
     [bars] = figure.plot["data"]
     assert bars["x"].tolist() == [getattr(causes, name) for name in CAUSES]
     assert "the main cause is valve stiction" in figure.caption
-    quiet = diagnosis(oscillation_cause=OscillationCause(0.0, 0.1, 0.0, 0.0, 0.0))
+    quiet = diagnosis(oscillation_cause=OscillationCause(tuning=0.1))
     assert "no cause reaches 0.5" in figure_of(figures.oscillation_causes, quiet).caption
 
 

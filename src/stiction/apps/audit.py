@@ -47,7 +47,7 @@ class WorkOptions:
     prior
         Share of sticky valves in the plant, between 0 and 1; 0.25 when not given.
     costs
-        Cost of a false alarm, of a missed sticky valve, and of an open question; 1 1 0.2 when not given.
+        Cost of a false alarm, of a missed sticky valve, and of an open question; 1 1 0.3 when not given.
     """
 
     workers: int | None = None
@@ -60,7 +60,7 @@ class WorkOptions:
     retry: Annotated[bool, Parameter(negative="")] = False
     time_limit: float = 60.0
     prior: float = 0.25
-    costs: tuple[float, float, float] = (1.0, 1.0, 0.2)
+    costs: tuple[float, float, float] = (1.0, 1.0, 0.3)
 
 
 def audit(

@@ -93,20 +93,19 @@ def _open_page(page: Path, open_page: bool | None, as_json: bool) -> None:
 
 
 EXPECTED = {
-    "stiction": ("stiction", "valve"),
-    "deadband": ("no_stiction", ""),
-    "tight tuning": ("no_stiction", "tuning"),
-    "external disturbance": ("no_stiction", "external"),
-    "sensor": ("no_stiction", "sensor"),
-    "none": ("no_stiction", "none"),
+    "stiction": ("sticks", "probably_sticks"),
+    "deadband": ("backlash",),
+    "tight tuning": ("tuning",),
+    "external disturbance": ("external",),
+    "sensor": ("sensor",),
+    "none": ("nothing_found", "cannot_tell"),
 }
-"""Fault of a loop -> verdict and main cause of the oscillation; no cause stands for deadband alone."""
+"""Fault of a loop -> findings that are right."""
 
 
-def verdict_is_correct(loop: "DemoLoop", diagnosis: "Diagnosis") -> bool:
-    """Return whether verdict and main cause are right."""
-    verdict, cause = EXPECTED[loop.cause]
-    return diagnosis.verdict == verdict and cause in ("", diagnosis.cause)
+def verdict_is_correct(loop: "DemoLoop", found: "Diagnosis") -> bool:
+    """Return whether the finding is right, and no good valve is called sticky."""
+    return found.finding in EXPECTED[loop.cause] and (found.verdict == "stiction") == (loop.cause == "stiction")
 
 
 def _print_verdicts(plant: tuple["DemoLoop", ...], diagnoses: list["Diagnosis"]) -> None:

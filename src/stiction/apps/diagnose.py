@@ -26,7 +26,8 @@ def diagnose(
     explain: Annotated[bool, Parameter(negative="")] = False,
     reading: ReadingOptions = ReadingOptions(),  # noqa: B008 (frozen)
     prior: float = 0.25,
-    costs: tuple[float, float, float] = (1.0, 1.0, 0.2),
+    costs: tuple[float, float, float] = (1.0, 1.0, 0.3),
+    smallest_S: Annotated[float, Parameter(name="--smallest-S")] = 1.0,
     export_twin: Annotated[str | None, Parameter(name="--export-twin", negative="")] = None,
 ) -> int:
     """Find out for each loop whether its valve sticks, how much, with what probability, and what to do.
@@ -50,8 +51,11 @@ def diagnose(
         Share of sticky valves among the loops that the records come from, between 0 and 1; 0.25 when not given.
     costs
         Cost of a false alarm, of a missed sticky valve, and of an open question: three numbers in any unit; 1 1
-        0.2 when not given. The verdict is "undecided" where either answer is expected to cost more than an open
+        0.3 when not given. The verdict is "undecided" where either answer is expected to cost more than an open
         question.
+    smallest_S
+        Smallest stiction band that matters in % of span; 1 when not given. No valve is called good where stiction of
+        this size would not have shown.
     export_twin
         FMU to write for one loop: valve, process and controller as identified, with the intervals of S and J as the
         ranges of these parameters.
@@ -81,7 +85,7 @@ def diagnose(
             raise ParameterError(
                 f"--report writes HTML, but {target.name} does not end in .html or .htm; give a name that does."
             )
-    judgement = {"prior": prior, "costs": costs}
+    judgement = {"prior": prior, "costs": costs, "smallest_S": smallest_S}
     if export_twin is not None:
         from stiction.export import check_new_file
 
@@ -110,7 +114,9 @@ def diagnose_files(
     records, failures = contents.records, contents.failures
     if records:
         (print_err if as_json else print_out)(summarise(records).summary())
-    settings = {"prior": judgement["prior"], "costs": Costs(*judgement["costs"])}
+    settings = {
+        "prior": judgement["prior"], "costs": Costs(*judgement["costs"]), "smallest_S": judgement["smallest_S"],
+    }  # fmt: skip
     diagnoses, more = try_each(track(records, "Diagnosing"), lambda record: stiction.diagnose(record, **settings))
     failures += more
     if as_json:

@@ -12,7 +12,7 @@ __all__ = ["export"]
 def export(
     model: str,
     *,
-    parameter: Annotated[tuple[str, ...], Parameter(name=("--parameter", "-p"), negative="")] = (),
+    parameter: Annotated[tuple[str, ...], Parameter(negative="")] = (),
     dt: float,
     fmu: str | None = None,
     c: str | None = None,

@@ -171,8 +171,9 @@ def _run_trial(
     shown = {NO_ACTION, REPAIR, recommended}
     trends = {one.name: _first_run(twin, plan, one.remedy) for one in ranked if one.name in shown}
     return CompensationTrial(
-        tag, ranked, recommended, reason, risk, S, J, twin, retuning, weights, seeds, trends, expected
-    )
+        tag, ranked, recommended, reason, risk, S, J=J, twin=twin, retuning=retuning, weights=weights, seeds=seeds,
+        trends=trends, expected=expected,
+    )  # fmt: skip
 
 
 def _cheapest_variant(
@@ -237,4 +238,4 @@ def _no_advice(
     S: float = float("nan"),
     J: float = float("nan"),
 ) -> CompensationTrial:
-    return CompensationTrial(tag, (), None, reason, "", S, J, twin, None, weights)
+    return CompensationTrial(tag, (), None, reason, "", S, J=J, twin=twin, retuning=None, weights=weights)

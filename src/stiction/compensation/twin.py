@@ -206,7 +206,10 @@ def build_twin(diagnosis: Diagnosis, controller: PID | None = None) -> Twin:
         )
     overlay = _align_periods(record, pv, run, scale) if cycle.period > 0.0 else {}
     score = 1.0 - cycle_distance(measured, cycle)
-    return Twin(loop, level, op, measured, cycle, score, fits, reason, better.error, changes, inputs, overlay)
+    return Twin(
+        loop, level, op, measured, cycle, score, fits=fits, reason=reason, unexplained=better.error, changes=changes,
+        inputs=inputs, overlay=overlay,
+    )  # fmt: skip
 
 
 def _time_scale(segment: JudgedSegment) -> float:

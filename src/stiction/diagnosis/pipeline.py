@@ -5,16 +5,21 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from stiction.diagnosis.detection import detect_all
 from stiction.diagnosis.identification.identify_record import fit_segment
+from stiction.diagnosis.identification.loop_response import fit_response
 from stiction.diagnosis.segment import judge_segment
-from stiction.diagnosis.verdict.causes import assess_causes
-from stiction.diagnosis.verdict.decision import Costs, decide
+from stiction.diagnosis.verdict.cause_features import CauseInput, compute_cause_features
+from stiction.diagnosis.verdict.causes import assess_causes, find_detectable_S
+from stiction.diagnosis.verdict.decision import DEFAULT_PRIOR, DEFAULT_SMALLEST_S, Costs, decide
 from stiction.diagnosis.verdict.diagnosis import Diagnosis
 from stiction.diagnosis.verdict.features import FeatureInput, compute_features
-from stiction.diagnosis.verdict.model import stiction_model
+from stiction.diagnosis.verdict.finding import is_backlash
+from stiction.diagnosis.verdict.model import log_odds, stiction_model
 from stiction.diagnosis.verdict.readings import compare_readings
-from stiction.errors import require_probability
+from stiction.errors import require_positive, require_probability
 from stiction.records.quality.movement import spike_share
 
 if TYPE_CHECKING:
@@ -24,7 +29,14 @@ if TYPE_CHECKING:
 __all__ = ["diagnose"]
 
 
-def diagnose(record: LoopRecord, *, prior: float = 0.25, costs: Costs | None = None, methods: bool = True) -> Diagnosis:
+def diagnose(
+    record: LoopRecord,
+    *,
+    prior: float = 0.25,
+    costs: Costs | None = None,
+    smallest_S: float = DEFAULT_SMALLEST_S,
+    methods: bool = True,
+) -> Diagnosis:
     """Say whether the valve of a loop sticks, how much, how sure that is, and what to do.
 
     Parameters
@@ -34,7 +46,9 @@ def diagnose(record: LoopRecord, *, prior: float = 0.25, costs: Costs | None = N
     prior : float
         Share of sticky valves where the record comes from [-].
     costs : Costs, optional
-        What a false alarm, a missed sticky valve and an open question cost; 1, 1 and 0.2 when not given.
+        What a false alarm, a missed sticky valve and an open question cost; 1, 1 and 0.3 when not given.
+    smallest_S : float
+        Smallest S that matters [% of span]: no valve is called good whose stiction of this size would not have shown.
     methods : bool
         Whether the published methods are applied as well, for comparison: `Diagnosis.evidence`. They take a tenth of
         the time, and no other number depends on them.
@@ -50,7 +64,7 @@ def diagnose(record: LoopRecord, *, prior: float = 0.25, costs: Costs | None = N
     RecordError
         When the record has no PV at all, or is a path or the list that `read` gives.
     ParameterError
-        When the prior is not between 0 and 1.
+        When the prior is not between 0 and 1, or `smallest_S` is not positive.
 
     Notes
     -----
@@ -64,14 +78,15 @@ def diagnose(record: LoopRecord, *, prior: float = 0.25, costs: Costs | None = N
     'stiction'
     """
     require_probability("prior", prior)
+    smallest_S = require_positive("smallest_S", smallest_S, "% of span")
     segments = [judge_segment(record), *map(judge_segment, record.other_readings)]
-    return compare_readings([_diagnose(segment, prior, costs or Costs(), methods) for segment in segments])
+    return compare_readings([_diagnose(segment, prior, costs or Costs(), smallest_S, methods) for segment in segments])
 
 
-def _diagnose(segment: JudgedSegment, prior: float, costs: Costs, methods: bool) -> Diagnosis:
+def _diagnose(segment: JudgedSegment, prior: float, costs: Costs, smallest_S: float, methods: bool) -> Diagnosis:
     """The stages from the judged segment to the verdict."""
     if not segment.loop_state.in_control:
-        return Diagnosis(segment, "undecided", prior, prior=prior, costs=costs)
+        return Diagnosis(segment, "undecided", prior, prior=prior, costs=costs, smallest_S=smallest_S)
     fitted = fit_segment(segment)
     position_gain = math.nan if fitted.position is None else fitted.position.likelihood_ratio
     features = compute_features(
@@ -83,15 +98,26 @@ def _diagnose(segment: JudgedSegment, prior: float, costs: Costs, methods: bool)
     model = stiction_model()
     contributions = model.contributions(features)
     probability = model.sum_up(contributions, prior)
-    causes = assess_causes(
-        fitted.by_pv, fitted.controller, segment.oscillation, probability, pv_step_share=segment.pv_step_share,
-        spike_share=spike_share(segment.pv),
+    response = fit_response(segment.op, segment.pv, segment.dt, segment.period, fitted.controller, fitted.by_pv)
+    sp = segment.part.sp
+    cause_features = compute_cause_features(
+        CauseInput(
+            segment.op, segment.pv, sp if sp is not None and np.isfinite(sp).all() else None, segment.dt,
+            segment.signals.op_step, segment.pv_step_share, spike_share(segment.pv), segment.oscillation,
+            fitted.controller, fitted.by_pv, response, log_odds(model.sum_up(contributions, DEFAULT_PRIOR)),
+        )
     )  # fmt: skip
+    S_detectable, causes = find_detectable_S(cause_features, response), assess_causes(cause_features, prior)
+    verdict = decide(probability, costs, excluded=S_detectable is not None and S_detectable <= smallest_S)
     return Diagnosis(
         segment=segment,
-        verdict=decide(probability, costs),
+        verdict="no_stiction" if is_backlash(causes, fitted.identification, probability) else verdict,
         probability=probability,
         oscillation_cause=causes,
+        S_detectable=S_detectable,
+        smallest_S=smallest_S,
+        cause_features=cause_features,
+        response=response,
         evidence=detect_all(segment.part, segment.oscillation) if methods else (),
         identification=fitted.identification,
         controller=fitted.controller,

@@ -63,7 +63,7 @@ class AuditOptions:
     """Folder for the block means of the signals; `signals` in the folder when not given."""
     prior: float = 0.25
     """Share of sticky valves in the plant [-]."""
-    costs: tuple[float, float, float] = (1.0, 1.0, 0.2)
+    costs: tuple[float, float, float] = (1.0, 1.0, 0.3)
     """Costs of a false alarm, a missed sticky valve, and an open question [-]."""
     time_limit: float = 60.0
     """Longest processor time for one loop [s]; a loop that takes ten times that by the clock is ended too."""

@@ -68,9 +68,11 @@ def list_loop_places(sources: Sequence[str], options: Mapping[str, Any]) -> list
         )
     databases = [source for source in sources if is_database_url(source)]
     names = [name for one in sources if one not in databases for name in list_files(one, subfolders=True)]
-    return [place for url in databases for place in _places_in_database(url, options)] + (
-        _places_in_files(list(dict.fromkeys(names)), options) if names else []
-    )
+    places = [place for url in databases for place in _places_in_database(url, options)]
+    if names:
+        places += _places_in_files(list(dict.fromkeys(names)), options)
+    secondaries = {place.master.casefold(): place.tag for place in places if place.master}
+    return [replace(place, secondary=secondaries.get(place.tag.casefold(), "")) for place in places]
 
 
 def choose_loops(places: list[LoopPlace], pattern: str | None) -> list[LoopPlace]:

@@ -135,8 +135,9 @@ def loop_metrics(
     }
     severity = 1.0 - float(np.prod([1.0 - part for part in parts.values()]))
     return LoopMetrics(
-        record.tag, automatic, 1.0 - automatic, saturated, record.missing_percent / 100.0, mean_absolute, variability,
-        travel, reversals, index, severity, parts,
+        record.tag, automatic, 1.0 - automatic, saturated, record.missing_percent / 100.0, mean_absolute,
+        variability=variability, valve_travel_per_day=travel, reversals_per_day=reversals, oscillation_index=index,
+        severity=severity, severity_parts=parts,
     )  # fmt: skip
 
 

@@ -35,7 +35,7 @@ class WorkSettings:
     """Time before which the samples end."""
     prior: float = 0.25
     """Share of sticky valves in the plant [-]."""
-    costs: tuple[float, float, float] = (1.0, 1.0, 0.2)
+    costs: tuple[float, float, float] = (1.0, 1.0, 0.3)
     """Costs of a false alarm, a missed sticky valve, and an open question."""
     time_limit: float = 60.0
     """Longest processor time for one loop [s]."""

@@ -96,6 +96,8 @@ class LoopPlace:
     """Range of the transmitter, by the map [engineering units]."""
     master: str = ""
     """Tag of the loop whose OP is the set point of this one, by the map."""
+    secondary: str = ""
+    """Tag of the loop whose set point is the OP of this one, by the map."""
     failure: str = ""
     """Why no loop could be read from the part; then the tag is the name of the file."""
 
@@ -112,6 +114,8 @@ def read_loop(place: LoopPlace) -> LoopRecord:
         raise RecordError(place.failure)
     loops = place.part.open()
     record = loops.read_one(place.number if place.number >= 0 else _find_tag(loops, place))
+    if place.secondary:
+        record = replace(record, provenance=replace(record.provenance, secondary_tag=place.secondary))
     return record if record.tag == place.tag else replace(record, tag=place.tag)
 
 

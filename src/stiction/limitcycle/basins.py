@@ -226,13 +226,13 @@ def _run_in_threads(
 ) -> None:
     """Run blocks of starts in threads, up to (turns, tolerance), and write the results to `out`."""
     n = starts.x.shape[0]
-    up, block = np.ones(n), cast("Any", _run_block)
+    up, run_block = np.ones(n), cast("Any", _run_block)
     z, x, times, heights = starts
     most_turns, tolerance = limits
 
     def work(first: int) -> int:
         cut = slice(first, min(first + _STARTS_PER_BLOCK, n))
-        block(
+        run_block(
             *m.arguments, times[cut], heights[cut], z[cut], x[cut], up[cut], most_turns, 400_000, tolerance, m.memory,
             out[cut],
         )  # fmt: skip

@@ -58,13 +58,37 @@ def analysis_window(record: LoopRecord, masks: RecordMasks | None = None) -> tup
     op, pv, auto = record.op, record.pv, record.auto
     masks = masks or RecordMasks(record)
     missing = missing_mask(op, pv)
-    blocked = masks.clipped | masks.manual | masks.frozen | find_shutdown(op, auto)
+    blocked = masks.manual | masks.frozen | find_shutdown(op, auto)
+    if not _swings_between_limits(op, masks.clipped):
+        blocked |= masks.clipped
     if pv is not None:
         blocked |= find_discontinuities(op, pv, max_count=min(record.provenance.clock_jumps, 20))
     first, last = _longest_run(missing, blocked, MAX_BRIDGED_GAP)
     if missing[first:last].sum() > MAX_BRIDGED_SHARE * (last - first):
         return _longest_run(missing, blocked, MAX_FILLED_GAP)
     return first, last
+
+
+def _swings_between_limits(
+    op: NDArray[np.float64],
+    clipped: NDArray[np.bool_],
+    *,
+    min_swing: float = 20.0,
+    min_stays: int = 10,
+    max_stay: float = 0.02,
+    max_share: float = 0.9,
+) -> bool:
+    """Whether OP goes to limits far apart [% of span] and back again and again, as in a loop unstable between them.
+
+    It is then still what the valve was sent, and the stays are part of the oscillation.
+    """
+    known = op[np.isfinite(op)]
+    if known.size == 0 or float(np.ptp(known)) < min_swing:
+        return False
+    stays = np.array([last - first for first, last in runs(clipped)])
+    return (
+        stays.size >= min_stays and stays.max() <= max_stay * clipped.size and stays.sum() <= max_share * clipped.size
+    )
 
 
 def _longest_run(missing: NDArray[np.bool_], blocked: NDArray[np.bool_], max_gap: int) -> tuple[int, int]:

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "CAUSES",
+    "FINDINGS",
     "VERDICTS",
     "VERDICT_ICONS",
     "VERDICT_LINES",
@@ -31,6 +32,7 @@ __all__ = [
     "citation",
     "confidence_text",
     "count_noun",
+    "finding_icon",
     "format_duration",
     "format_interval",
     "format_number",
@@ -53,13 +55,31 @@ VERDICT_LINES = {
     "no_stiction": "No valve stiction found",
     "undecided": "Cannot tell whether the valve sticks",
 }
-"""Verdict -> its line at the head of a page."""
+"""Verdict of a row without a finding -> its line at the head of a page."""
+FINDINGS = {
+    "sticks": "Valve stiction",
+    "probably_sticks": "Probably valve stiction",
+    "backlash": "Play in the valve",
+    "tuning": "Controller tuning",
+    "follows": "Follows its moving set point",
+    "external": "Load from outside the loop",
+    "set_point": "Moving set point",
+    "rate_limit": "Rate limit of OP",
+    "dead_zone": "Dead zone at a fixed OP",
+    "sensor": "PV sensor",
+    "cause_unknown": "The cause is not in this record",
+    "cannot_tell": "Cannot tell whether the valve sticks",
+    "nothing_found": "No valve stiction found",
+}
+"""Finding of a loop in control -> its line at the head of a page."""
 VERDICT_ICONS: dict[str, StatusIcon] = {"stiction": "alert", "no_stiction": "good", "undecided": "unknown"}
 """Verdict -> its icon."""
 CAUSES = {
     "valve": "valve stiction",
     "tuning": "controller tuning",
     "external": "external load",
+    "set_point": "moving set point",
+    "rate_limit": "rate limit of OP",
     "sensor": "PV sensor",
     "dead_zone": "dead zone at a fixed OP",
 }
@@ -159,12 +179,31 @@ def S_text(diagnosis: Diagnosis) -> str:
 
 def headline(diagnosis: Diagnosis) -> str:
     """Return the verdict in one line; the state of the loop comes first where it is not in control."""
-    identification, line, cause = diagnosis.identification, VERDICT_LINES[diagnosis.verdict], cause_label(diagnosis)
+    found = diagnosis.identification
     if not diagnosis.loop_state.in_control:
         return f"{HEADLINES[diagnosis.loop_state.state]}: cannot tell whether the valve sticks"
-    if diagnosis.verdict == "stiction":
-        return line if identification is None else f"{line}: {stiction_size(identification, diagnosis.record)}"
-    return line if cause in ("none", CAUSES["valve"]) else f"{line}; likely {cause_title(diagnosis)}: {cause}"
+    line = FINDINGS[diagnosis.finding]
+    if diagnosis.verdict == "stiction" or diagnosis.finding == "backlash":
+        return line if found is None else f"{line}: {stiction_size(found, diagnosis.record)}"
+    return line if diagnosis.finding == "cannot_tell" else f"{line}; {_valve_text(diagnosis)}"
+
+
+def _valve_text(diagnosis: Diagnosis) -> str:
+    """What is said of the valve beside the finding."""
+    if diagnosis.verdict == "undecided":
+        return "cannot tell whether the valve sticks"
+    S = diagnosis.S_detectable
+    above = "" if S is None else f" above S\u00a0=\u00a0{S:.1f}\u00a0{diagnosis.record.op_unit_short}"
+    return f"the valve {diagnosis.grade}{above}"
+
+
+def finding_icon(diagnosis: Diagnosis) -> StatusIcon:
+    """Return the icon of a finding: good only where nothing is wrong, whatever the verdict on the valve."""
+    if diagnosis.verdict != "no_stiction":
+        return VERDICT_ICONS[diagnosis.verdict]
+    if diagnosis.finding in ("nothing_found", "follows"):
+        return "good"
+    return "unknown" if diagnosis.finding == "cause_unknown" else "alert"
 
 
 def cause_title(diagnosis: Diagnosis) -> str:

@@ -79,7 +79,7 @@ def write_report(
             f"{name} · {labels.headline(diagnosis)}",
             loop_blocks(diagnosis, settings),
             anchor=loop_anchor(k),
-            mark=labels.VERDICT_ICONS[diagnosis.verdict],
+            mark=labels.finding_icon(diagnosis),
         )
         for k, (name, diagnosis) in enumerate(zip(names, ranked, strict=True))
     ]

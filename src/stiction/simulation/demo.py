@@ -66,6 +66,8 @@ class _Loop:
     """External load over time [% of span]."""
     resolution: float = 0.0
     """Resolution of the transmitter [PV units]."""
+    sp_step: float = 0.0
+    """Step of the set point over the second third of the record [PV units]."""
 
 
 def demo_plant(seed: int = 1) -> tuple[DemoLoop, ...]:
@@ -121,7 +123,7 @@ def _plant() -> tuple[_Loop, ...]:
         ),
         _Loop(
             "FIC-106", "flow", "external disturbance", "supply pressure swings, valve good",
-            FOPDT(1.5, 4.0, 2.0), PID(0.33, 6.0), 75.0, noise=0.12, drift=0.01,
+            FOPDT(1.5, 4.0, 2.0), PID(0.33, 6.0), 75.0, noise=0.12, drift=0.01, sp_step=0.7,
             external_load=lambda t: 3.0 * np.sin(2.0 * np.pi * t / 95.0),
         ),
         _Loop(
@@ -151,9 +153,9 @@ def _run(row: _Loop, seed: int) -> DemoLoop:
         load = load + row.external_load(np.arange(n) * row.dt)
     controller = replace(row.controller, op_limits=(0.0, 100.0))
     loop = Loop(controller, row.valve, row.process, row.dt, noise=row.noise)
-    run = simulate(
-        loop, row.sp, whole, load, seed, pv_start=row.sp, op_start=50.0, tag=row.tag, loop_type=row.loop_type
-    )
+    sp = np.full(n, row.sp)
+    sp[before + (n - before) // 3 : before + 2 * (n - before) // 3] += row.sp_step
+    run = simulate(loop, sp, whole, load, seed, pv_start=row.sp, op_start=50.0, tag=row.tag, loop_type=row.loop_type)
     recorded = run.window(before, n)
     assert recorded.pv is not None
     pv = row.resolution * np.round(recorded.pv / row.resolution) if row.resolution else recorded.pv

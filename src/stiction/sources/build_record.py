@@ -209,7 +209,15 @@ class RecordBuilder:
         most = max(held.values())
         unchanged = most - max((n for role, n in held.items() if role not in changing), default=0)
         return _Sampled(
-            signals, auto, found.dt, found.start, notes, most, found.clock_jumps, found.dst_changes, unchanged
+            signals,
+            auto,
+            found.dt,
+            found.start,
+            notes,
+            most,
+            clock_jumps=found.clock_jumps,
+            dst_changes=found.dst_changes,
+            unchanged=unchanged,
         )
 
 

@@ -20,7 +20,6 @@ RATIOS = {
     "good": 300.0, "dead_zone": 250.0, "relay_load": 80.0,
     "periodic_load": 120.0, "beside_periodic_load": 60.0, "deadband": 40.0,
 }  # fmt: skip
-CAUSES = {"valve": 0.0, "tuning": 0.0, "external": 0.0, "sensor": 0.0, "dead_zone": 0.0}
 
 
 def make_identification(**changes):
@@ -65,7 +64,7 @@ def make_segment(state="in_control", *, oscillating=True, **changes):
 def make_diagnosis(probability=0.95, state="in_control", *, causes=None, oscillating=True, costs=None, **changes):
     values = {
         "segment": make_segment(state, oscillating=oscillating), "verdict": decide(probability, costs or Costs()),
-        "probability": probability, "oscillation_cause": OscillationCause(**{**CAUSES, **(causes or {})}),
+        "probability": probability, "oscillation_cause": OscillationCause(**(causes or {})),
         "identification": make_identification(), "controller": make_controller(), "costs": costs or Costs(),
     }  # fmt: skip
     return Diagnosis(**{**values, **changes})

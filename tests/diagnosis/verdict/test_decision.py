@@ -16,10 +16,10 @@ pytestmark = pytest.mark.quick
 @pytest.mark.parametrize(
     ("probability", "costs", "call"),
     [
-        (0.79, Costs(), "undecided"),
-        (0.81, Costs(), "stiction"),
-        (0.21, Costs(), "undecided"),
-        (0.19, Costs(), "no_stiction"),
+        (0.69, Costs(), "undecided"),
+        (0.71, Costs(), "stiction"),
+        (0.31, Costs(), "undecided"),
+        (0.29, Costs(), "no_stiction"),
         (0.5, Costs(ask=0.5), "stiction"),
         (0.30, Costs(missed=0.1), "no_stiction"),
         (0.05, Costs(missed=10.0), "undecided"),
@@ -32,6 +32,11 @@ pytestmark = pytest.mark.quick
 )
 def test_calls(probability, costs, call):
     assert decide(probability, costs) == call
+
+
+def test_no_valve_is_good_whose_stiction_would_not_have_shown():
+    assert decide(0.05, excluded=False) == "undecided"
+    assert decide(0.95, excluded=False) == "stiction"
 
 
 def test_no_other_call_costs_less():

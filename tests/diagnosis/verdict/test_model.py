@@ -9,9 +9,9 @@ import pytest
 
 import stiction as st
 from stiction.diagnosis.verdict.features import FEATURES
-from stiction.diagnosis.verdict.model import StictionModel, TreeNode, stiction_model
+from stiction.diagnosis.verdict.model import TreeModel, TreeNode, stiction_model
 
-TWO_TREES = StictionModel(
+TWO_TREES = TreeModel(
     intercept=-1.0,
     training_prior=0.25,
     features=("a", "b"),

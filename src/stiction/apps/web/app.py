@@ -57,7 +57,9 @@ def make_app(access: Access, workspace: Workspace) -> Guard:
         app.state.signed_in = asyncio.Event()
         workers.start([_first_page(app.state.signed_in), *(one.preload(workers) for one in audits)])
         if workspace.files:
-            workspace.readings.run(readings.diagnose_files(workspace, app.state.workers))
+            workspace.readings.run(
+                readings.diagnose_files(workspace.readings, workspace.session, workspace.files, app.state.workers)
+            )
         yield
         for one in audits:
             await one.stop()

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
     from starlette.requests import Request
 
+    from stiction.apps.web.session_loops import SessionLoops
     from stiction.apps.web.workers import Workers
-    from stiction.apps.web.workspace import Workspace
 
 __all__ = ["ROUTES", "Reading", "Readings", "diagnose_files"]
 
@@ -157,26 +157,28 @@ async def _diagnose(request: Request) -> Response:
     """Put the loops of a drop into the table of loops and begin to diagnose them."""
     workspace = request.app.state.workspace
     reading = workspace.readings.find(request.path_params["reading"])
-    keys = await add_loops(workspace, request.app.state.workers, reading)
+    keys = await add_loops(workspace.session, request.app.state.workers, reading)
     return JSONResponse({"set": workspace.session.id, "keys": keys})
 
 
-async def add_loops(workspace: Workspace, workers: Workers, reading: Reading) -> list[int]:
+async def add_loops(session: SessionLoops, workers: Workers, reading: Reading) -> list[int]:
     """Put the loops of a drop into the table of loops, once, and begin to diagnose them; return their keys."""
     keys: list[int] = []
     if reading.answer is not None and not reading.added:
-        keys = workspace.session.add(reading.answer["loops"])
+        keys = session.add(reading.answer["loops"])
         reading.added = True
-    await workspace.session.start(workers)
+    await session.start(workers)
     return keys
 
 
-async def diagnose_files(workspace: Workspace, workers: Workers) -> None:
+async def diagnose_files(
+    readings: Readings, session: SessionLoops, files: list[tuple[str, str]], workers: Workers
+) -> None:
     """Read the files of the command line and diagnose their loops."""
-    reading = Reading("given", workspace.files, {})
-    workspace.readings.all[reading.id] = reading
-    await workspace.readings.read(workers, reading, {})
-    await add_loops(workspace, workers, reading)
+    reading = Reading("given", files, {})
+    readings.all[reading.id] = reading
+    await readings.read(workers, reading, {})
+    await add_loops(session, workers, reading)
 
 
 async def _map(request: Request) -> Response:

@@ -119,4 +119,6 @@ def _neighbours(centres: NDArray[np.float64], steps: NDArray[np.float64], max_S:
     rows[:, 0] = np.minimum(rows[:, 0] * np.exp(step[:, 0]), max_S)
     rows[:, 1] = np.clip(rows[:, 1] + step[:, 1], 0.0, 1.0)
     rows[:, 3] = np.clip(rows[:, 3] + step[:, 2], -0.95, 0.95)
-    return np.unique(rows.round(12), axis=0)
+    rows = rows.round(12)
+    rows = rows[np.lexsort(rows.T[::-1])]  # several times as fast as `numpy.unique` of rows
+    return rows[np.append(True, (rows[1:] != rows[:-1]).any(axis=1))]

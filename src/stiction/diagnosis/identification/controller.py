@@ -158,7 +158,7 @@ def _named(found: FormFit, why: str) -> ControllerFit:
     if found.share <= ENOUGH:
         form, action = "unknown", 0.0
         why += f" It explains {found.share:.2f} of it, {ENOUGH:g} is needed to name a controller."
-    return ControllerFit(Kc, Ti, found.share, action, form, Td, Ki, Kc_error, Ti_error, why=why)
+    return ControllerFit(Kc, Ti, found.share, action, form, Td, Ki=Ki, Kc_error=Kc_error, Ti_error=Ti_error, why=why)
 
 
 def _none(why: str) -> ControllerFit:

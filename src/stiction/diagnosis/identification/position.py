@@ -99,8 +99,9 @@ def fit_position(
         return None
     S_range, J_range = _ranges(chosen, share)
     return PositionFit(
-        kind, valve, jump_ratio, deadband_ratio, line.slope, line.level, 100.0 * line.explained,
-        100.0 * linear.explained, whole_position(op, valve), S_range, J_range, regression,
+        kind, valve, jump_ratio, deadband_ratio, line.slope, line.level, explained=100.0 * line.explained,
+        explained_linear=100.0 * linear.explained, position=whole_position(op, valve), S_range=S_range,
+        J_range=J_range, regression=regression,
     )  # fmt: skip
 
 

@@ -240,8 +240,8 @@ def build_regression(
     count = max(round(2.0 * target.size / max(time_scale, 8.0)), 4)
     return Regression(
         np.ascontiguousarray(op), per_block, y, first, tuple(edges), basis, target, tuple(shared),
-        np.hstack([_first_products(one, first, longest) for one in shared]), weights,
-        op_lags, predicted, min(count, target.size),
+        first_products=np.hstack([_first_products(one, first, longest) for one in shared]), weights=weights,
+        op_lags=op_lags, predicted=predicted, half_cycles=min(count, target.size),
     )  # fmt: skip
 
 

@@ -170,6 +170,11 @@ class Identification(ResultDisplay, kind="identification"):
     """Their 95 % intervals [units of `parameters`]; r may reach infinity."""
 
     @property
+    def is_play(self) -> bool:
+        """Whether the valve found has a deadband and no slip jump: play, not stiction."""
+        return self.J <= MAX_PLAY_RATIO * self.S
+
+    @property
     def J_undetermined(self) -> bool:
         """Whether the interval of J is longer than `MAX_J_INTERVAL` of S."""
         return self.J_high - self.J_low > MAX_J_INTERVAL * self.S

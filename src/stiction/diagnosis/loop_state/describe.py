@@ -42,7 +42,7 @@ ACTIONS: Mapping[StateName, str] = {
     "pv_frozen": "Check the transmitter and its connection, then record the loop again.",
     "signals_swapped": "Exchange the columns of OP and PV when reading the file, then diagnose again.",
     "signals_unrelated": "Check that OP and PV are tags of one loop, then read the file again with the right columns.",
-    "bad_data": "Record the loop again as the reason says.",
+    "bad_data": "Do as the reason says, and read or record the loop again.",
 }
 """What to look at in each state."""
 

@@ -187,4 +187,6 @@ def _no_error(record: LoopRecord) -> str:
 def _none(reason: str, acf: NDArray[np.float64] | None = None) -> Oscillation:
     nan = float("nan")
     lags = np.empty(0) if acf is None else acf
-    return Oscillation(False, nan, nan, nan, nan, 0.0, 0, EVENTS, lags, reason)
+    return Oscillation(
+        False, nan, nan, nan, nan, 0.0, load_events=0, load_events_needed=EVENTS, acf=lags, reason=reason
+    )

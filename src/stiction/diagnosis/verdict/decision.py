@@ -10,10 +10,13 @@ from stiction.errors import require_not_negative
 if TYPE_CHECKING:
     from stiction.diagnosis.result import Verdict
 
-__all__ = ["DEFAULT_PRIOR", "Costs", "decide", "shift_prior"]
+__all__ = ["DEFAULT_PRIOR", "DEFAULT_SMALLEST_S", "Costs", "decide", "shift_prior"]
 
 DEFAULT_PRIOR = 0.25
 """Share of sticky valves assumed where none is given [-]."""
+
+DEFAULT_SMALLEST_S = 1.0
+"""Smallest S that matters where none is given [% of span]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +33,7 @@ class Costs:
     """Of `stiction` when the valve is good: a needless overhaul."""
     missed: float = 1.0
     """Of `no_stiction` when the valve sticks: the loop keeps oscillating."""
-    ask: float = 0.2
+    ask: float = 0.3
     """Of `undecided`: a valve test or another record."""
 
     def __post_init__(self) -> None:
@@ -38,7 +41,7 @@ class Costs:
             object.__setattr__(self, name, require_not_negative(name, getattr(self, name)))
 
 
-def decide(probability: float, costs: Costs = Costs()) -> Verdict:
+def decide(probability: float, costs: Costs = Costs(), *, excluded: bool = True) -> Verdict:
     """Choose the call with the smallest expected cost.
 
     Parameters
@@ -47,11 +50,14 @@ def decide(probability: float, costs: Costs = Costs()) -> Verdict:
         Probability that the valve sticks [-].
     costs : Costs
         What each call costs when it is wrong.
+    excluded : bool
+        Whether a valve whose stiction matters would have shown; else nothing is called good.
 
     Returns
     -------
     str
-        `stiction`, `no_stiction`, or `undecided` where asking costs less than either call is expected to.
+        `stiction`, `no_stiction`, or `undecided` where asking costs less than either call is expected to, or where
+        stiction would not have shown.
 
     Examples
     --------
@@ -63,7 +69,9 @@ def decide(probability: float, costs: Costs = Costs()) -> Verdict:
         "no_stiction": probability * costs.missed,
     }
     best = min(expected, key=lambda call: expected[call])
-    return best if expected[best] <= costs.ask else "undecided"
+    if expected[best] > costs.ask or (best == "no_stiction" and not excluded):
+        return "undecided"
+    return best
 
 
 def shift_prior(probability: float, prior: float, new: float = DEFAULT_PRIOR) -> float:

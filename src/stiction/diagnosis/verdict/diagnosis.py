@@ -5,20 +5,25 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from stiction.diagnosis.loop_state import describe_action, describe_state
 from stiction.diagnosis.verdict.causes import OscillationCause, closest_alternative
-from stiction.diagnosis.verdict.decision import DEFAULT_PRIOR, Costs
+from stiction.diagnosis.verdict.decision import DEFAULT_PRIOR, DEFAULT_SMALLEST_S, Costs
 from stiction.diagnosis.verdict.explanation import explain_action, explain_reason
+from stiction.diagnosis.verdict.finding import explain_next_step, find_code, grade
 from stiction.diagnosis.verdict.model import log_odds, stiction_model
 from stiction.display.json_form import FOUR_DECIMALS, fields_to_json
 from stiction.display.number_format import format_probability
 from stiction.display.result_display import ResultDisplay
 
 if TYPE_CHECKING:
+    from stiction.diagnosis.identification.loop_response import LoopResponse
     from stiction.diagnosis.identification.result import ControllerFit, Identification
     from stiction.diagnosis.loop_state import LoopState
     from stiction.diagnosis.result import Evidence, Oscillation, Verdict
     from stiction.diagnosis.segment import JudgedSegment
+    from stiction.diagnosis.verdict.finding import Finding
     from stiction.diagnosis.verdict.model import Contribution
     from stiction.records.assess import Quality
     from stiction.records.record import LoopRecord
@@ -42,7 +47,8 @@ class Diagnosis(ResultDisplay, kind="verdict"):
     _json_keys = (
         "record.provenance.source as file", "record.tag as tag", "verdict", "probability", "prior", "reason", "action",
         "record.op_unit as op_unit", "record.dt as dt_s", "loop_state", "identification as stiction", "controller",
-        "oscillation", "oscillation_cause", "average_log_odds", "contributions as features", "evidence", "quality",
+        "oscillation", "oscillation_cause", "finding", "next_step", "S_detectable",
+        "average_log_odds", "contributions as features", "evidence", "quality",
     )  # fmt: skip
 
     segment: JudgedSegment = field(repr=False)
@@ -51,7 +57,7 @@ class Diagnosis(ResultDisplay, kind="verdict"):
     """`stiction`, `no_stiction` or `undecided`."""
     probability: float = field(metadata=FOUR_DECIMALS)
     """Probability that the valve sticks [-]; the prior where the record cannot be judged."""
-    oscillation_cause: OscillationCause = field(default_factory=lambda: OscillationCause(0.0, 0.0, 0.0, 0.0, 0.0))
+    oscillation_cause: OscillationCause = field(default_factory=OscillationCause)
     """What makes the loop oscillate; all 0 where the record cannot be judged."""
     evidence: tuple[Evidence, ...] = ()
     """What each published method says."""
@@ -65,6 +71,15 @@ class Diagnosis(ResultDisplay, kind="verdict"):
     """What each feature adds to the log odds of stiction, the strongest first."""
     prior: float = DEFAULT_PRIOR
     """Share of sticky valves assumed before the record is looked at [-]."""
+    S_detectable: float | None = None
+    """Smallest S for which 90 % of such records would not be called `no_stiction` [% of span]; None where none would
+    show."""
+    smallest_S: float = DEFAULT_SMALLEST_S
+    """Smallest S that matters [% of span]."""
+    cause_features: dict[str, float] = field(default_factory=dict, repr=False)
+    """The features from which the causes were computed [-]; empty where the record cannot be judged."""
+    response: LoopResponse | None = field(default=None, repr=False)
+    """What a linear prediction of PV says of the loop; None where the record cannot be judged."""
     costs: Costs = field(default_factory=Costs)
     """Costs of a wrong call."""
     settings: dict[str, Any] = field(default_factory=dict)
@@ -89,6 +104,26 @@ class Diagnosis(ResultDisplay, kind="verdict"):
     def quality(self) -> Quality:
         """The data checks."""
         return self.segment.quality
+
+    @property
+    def finding(self) -> Finding:
+        """What is said first, as a code."""
+        return find_code(self)
+
+    @property
+    def next_step(self) -> str:
+        """The cheapest test that decides what is open, with its size and duration; empty where nothing is open."""
+        return explain_next_step(self)
+
+    @property
+    def grade(self) -> str:
+        """Word for verdict and probability, one of five."""
+        return grade(self.verdict, self.probability)
+
+    @property
+    def op_range(self) -> float:
+        """Range of OP in the judged part [% of span]."""
+        return float(np.ptp(self.segment.op)) if self.segment.op.size else 0.0
 
     @property
     def reason(self) -> str:
@@ -139,5 +174,7 @@ class Diagnosis(ResultDisplay, kind="verdict"):
         found["loop_state"] |= {"why": why, "action": describe_action(self.loop_state)}
         if not self.loop_state.in_control:
             found["stiction"] = None
+        elif self.identification is not None:
+            found["stiction"]["kind"] = "backlash" if self.identification.is_play else "stiction"
         found["average_log_odds"] = round(self.average_log_odds, 4) if self.contributions else None
         return found

@@ -7,14 +7,11 @@ from typing import TYPE_CHECKING, Protocol
 from stiction.diagnosis.loop_state import describe_action, describe_state
 from stiction.diagnosis.verdict.decision import Costs, decide, shift_prior
 from stiction.diagnosis.verdict.features import FEATURES
+from stiction.diagnosis.verdict.finding import Findings
 from stiction.display.duration_format import format_seconds
 from stiction.display.number_format import format_interval, format_probability
 
 if TYPE_CHECKING:
-    from stiction.diagnosis.identification.result import Identification
-    from stiction.diagnosis.loop_state import LoopState
-    from stiction.diagnosis.result import Oscillation, Verdict
-    from stiction.diagnosis.verdict.causes import OscillationCause
     from stiction.records.assess import Quality
     from stiction.records.record import LoopRecord
 
@@ -22,8 +19,10 @@ __all__ = ["explain_action", "explain_reason", "feature_label"]
 
 CAUSE_TEXT = {
     "valve": "The valve drives the oscillation.",
-    "tuning": "The controller gain is near the limit of stability.",
+    "tuning": "The controller gain is near the limit of stability, or above it.",
     "external": "A load from outside the loop drives the oscillation.",
+    "set_point": "The set point moves, and PV follows it.",
+    "rate_limit": "OP moves at a limit of its rate, too slow for the loop.",
     "sensor": "The PV signal is too coarse or has spikes that the controller follows.",
     "dead_zone": "PV does not respond in a range of OP at fixed values, as between two valves in split range.",
 }
@@ -31,31 +30,26 @@ CAUSE_TEXT = {
 CAUSE_ACTION = {
     "tuning": "Lower the controller gain, or lengthen the integral time.",
     "external": "Look for loops and machines upstream with the same period.",
+    "set_point": "Look at what moves the set point.",
+    "rate_limit": "Raise the rate limit of OP, or lower the controller gain.",
     "sensor": "Check the transmitter, its filter and its resolution.",
     "dead_zone": "Check the split-range calibration and the valve seat at that OP.",
 }
 """What to do about each cause other than the valve."""
+NOT_IN_RECORD = "The cause of the oscillation is not in this record."
+PLAY_TEXT = "The valve has play (a deadband without slip jump) of about {S:.1f} {unit}."
+PLAY_ACTION = "Check linkage, actuator coupling and positioner feedback for play."
 
 MIN_ANALYSED_SHARE = 0.8
 """Share of the record in the analysed part below which the share is said [-]."""
 
 
-class Findings(Protocol):
+class Explained(Findings, Protocol):
     """What the sentences need to know; a `Diagnosis` has it."""
 
     @property
     def record(self) -> LoopRecord:
         """The record."""
-        ...
-
-    @property
-    def verdict(self) -> Verdict:
-        """The verdict."""
-        ...
-
-    @property
-    def probability(self) -> float:
-        """Probability that the valve sticks [-]."""
         ...
 
     @property
@@ -69,28 +63,13 @@ class Findings(Protocol):
         ...
 
     @property
-    def loop_state(self) -> LoopState:
-        """The state of the loop."""
-        ...
-
-    @property
-    def oscillation(self) -> Oscillation:
-        """The oscillation."""
-        ...
-
-    @property
-    def oscillation_cause(self) -> OscillationCause:
-        """Its causes."""
-        ...
-
-    @property
     def quality(self) -> Quality:
         """The data checks."""
         ...
 
     @property
-    def identification(self) -> Identification | None:
-        """Stiction and process."""
+    def next_step(self) -> str:
+        """The cheapest test that decides what is open."""
         ...
 
     @property
@@ -104,7 +83,7 @@ def feature_label(name: str) -> str:
     return next(feature.label for feature in FEATURES if feature.name == name)
 
 
-def explain_reason(found: Findings) -> str:
+def explain_reason(found: Explained) -> str:
     """Say why the verdict is what it is."""
     if not found.loop_state.in_control:
         return describe_state(found.loop_state, found.record.start, found.record.provenance.pv_unit)
@@ -120,7 +99,7 @@ def explain_reason(found: Findings) -> str:
     return " ".join(sentence for sentence in sentences if sentence)
 
 
-def _evidence(found: Findings) -> str:
+def _evidence(found: Explained) -> str:
     one, unit = found.identification, found.record.op_unit_short
     if one is None:
         return "OP or PV does not vary enough to identify a valve."
@@ -134,11 +113,14 @@ def _evidence(found: Findings) -> str:
     if supported == "stiction":
         return f"A valve with a stiction band S of {size} predicts the {signal} better than a good valve.{against}"
     if supported == "no_stiction":
-        return f"A sticky valve does not predict the {signal} clearly better than other explanations.{against}"
+        shown = (
+            "" if found.S_detectable is None else (f" Stiction above {found.S_detectable:.1f} {unit} would have shown.")
+        )
+        return f"A sticky valve does not predict the {signal} clearly better than other explanations.{shown}"
     return f"The evidence does not decide: the most likely sticky valve has S of {size}.{against}"
 
 
-def _judgement(found: Findings) -> str:
+def _judgement(found: Explained) -> str:
     """Say so where the costs or the prior, and not the evidence, make the verdict."""
     usual, verdict = decide(found.probability), found.verdict.replace("_", " ")
     if found.costs != Costs() and found.verdict != usual:
@@ -167,27 +149,38 @@ MAX_EQUAL_FIT = 2.0
 
 
 def _alternative_text(name: str, ratio: float) -> str:
-    fits = "fits about as well" if abs(ratio) < MAX_EQUAL_FIT else "fits worse" if ratio > 0.0 else "fits better"
-    return f"The closest other explanation, {ALTERNATIVE_TEXT[name]}, {fits}."
+    """Say what the sticky valve was compared with, and with what result."""
+    other = ALTERNATIVE_TEXT[name]
+    if abs(ratio) < MAX_EQUAL_FIT:
+        return f"{other[0].upper()}{other[1:]} predicts it about as well."
+    return f"{other[0].upper()}{other[1:]} predicts it {'less well' if ratio > 0.0 else 'better'}."
 
 
-def _oscillation(found: Findings) -> str:
+def _oscillation(found: Explained) -> str:
     one = found.oscillation
     if not one.oscillating:
         return "The loop does not oscillate regularly."
     return f"The loop oscillates with a period of {format_seconds(one.period)}."
 
 
-def _causes(found: Findings) -> str:
-    causes = found.oscillation_cause
-    others = [name for name in CAUSE_ACTION if getattr(causes, name) >= 0.5]
-    text = " ".join(_dead_zone(found) if name == "dead_zone" else CAUSE_TEXT[name] for name in others)
-    if found.verdict == "stiction" and others:
-        return f"The valve sticks, and something else affects the loop too: {text}"
-    return text
+def _causes(found: Explained) -> str:
+    if found.finding == "cause_unknown":
+        return NOT_IN_RECORD
+    others = _other_causes(found)
+    texts = [_dead_zone(found) if name == "dead_zone" else CAUSE_TEXT[name] for name in others]
+    if found.finding == "backlash" and found.identification is not None:
+        texts.insert(0, PLAY_TEXT.format(S=found.identification.S, unit=found.record.op_unit_short))
+    if found.verdict == "stiction" and texts:
+        texts.insert(0, "The valve sticks, and something else affects the loop too:")
+    return " ".join(texts)
 
 
-def _dead_zone(found: Findings) -> str:
+def _other_causes(found: Explained) -> list[str]:
+    """Causes other than the valve that are named."""
+    return [name for name in found.oscillation_cause.named if name in CAUSE_ACTION]
+
+
+def _dead_zone(found: Explained) -> str:
     zone = None if found.identification is None else found.identification.dead_zone
     if zone is None:
         return CAUSE_TEXT["dead_zone"]
@@ -205,7 +198,7 @@ def _dead_zone(found: Findings) -> str:
     )
 
 
-def _left_out(found: Findings) -> str:
+def _left_out(found: Explained) -> str:
     stretches = found.loop_state.stretches
     if not stretches:
         return ""
@@ -219,21 +212,23 @@ def _left_out(found: Findings) -> str:
     return text
 
 
-def _slave(found: Findings) -> str:
+def _slave(found: Explained) -> str:
     tag = found.record.provenance.secondary_tag
     return f"OP is the set point of {tag}; the valve belongs to that loop." if tag else ""
 
 
-def explain_action(found: Findings) -> str:
+def explain_action(found: Explained) -> str:
     """Say what to do, in one or two imperative sentences."""
     if not found.loop_state.in_control:
         return describe_action(found.loop_state)
-    others = [CAUSE_ACTION[name] for name in CAUSE_ACTION if getattr(found.oscillation_cause, name) >= 0.5]
+    if found.finding == "cause_unknown":
+        return found.next_step
+    others = [CAUSE_ACTION[name] for name in _other_causes(found)]
     if found.verdict == "stiction":
         first = "Check packing, actuator and positioner; confirm with a ramp test before the valve is taken out."
         return " ".join([first, *others])
-    if found.verdict == "undecided":
-        return " ".join(["Run a ramp test of the valve, or record more oscillation periods.", *others])
+    if found.finding == "backlash":
+        return " ".join([PLAY_ACTION, *others])
     if others:
         return " ".join(others)
-    return "No action on the valve."
+    return found.next_step or "No action on the valve."

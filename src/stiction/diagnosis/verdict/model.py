@@ -21,7 +21,7 @@ from stiction.errors import require_probability
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-__all__ = ["Contribution", "StictionModel", "TreeNode", "stiction_model"]
+__all__ = ["Contribution", "TreeModel", "TreeNode", "logistic", "read_model", "read_stored", "stiction_model"]
 
 
 class TreeNode(NamedTuple):
@@ -60,13 +60,13 @@ class Contribution(Result):
 
 
 @dataclass(frozen=True)
-class StictionModel:
+class TreeModel:
     """A sum of decision trees."""
 
     intercept: float
-    """Log odds of stiction over all training loops, at `training_prior` [-]."""
+    """Log odds over all training loops, at `training_prior` [-]."""
     training_prior: float
-    """Share of sticky valves in training, by the weights of the loops [-]."""
+    """Share of positive loops in training, by the weights of the loops [-]."""
     features: tuple[str, ...]
     """Names of the features."""
     trees: tuple[tuple[TreeNode, ...], ...]
@@ -151,13 +151,22 @@ def log_odds(probability: float) -> float:
     return math.log(probability / (1.0 - probability))
 
 
-@cache
-def stiction_model() -> StictionModel:
-    """Read the trained model."""
-    stored = json.loads(files("stiction.diagnosis.verdict").joinpath("model.json").read_text("utf-8"))
+def read_model(stored: Mapping[str, Any]) -> TreeModel:
+    """Make a model of its stored form."""
     names = tuple(stored["features"])
     trees = tuple(
         tuple(TreeNode(node[0]) if len(node) == 1 else TreeNode(node[0], names[node[1]], *node[2:]) for node in tree)
         for tree in stored["trees"]
     )
-    return StictionModel(stored["intercept"], stored["training_prior"], names, trees, stored["provenance"])
+    return TreeModel(stored["intercept"], stored["training_prior"], names, trees, stored.get("provenance", {}))
+
+
+def read_stored(name: str) -> dict[str, Any]:
+    """Read a file of this room."""
+    return json.loads(files("stiction.diagnosis.verdict").joinpath(name).read_text("utf-8"))
+
+
+@cache
+def stiction_model() -> TreeModel:
+    """Read the trained model of the verdict."""
+    return read_model(read_stored("model.json"))

@@ -87,6 +87,8 @@ def count_interpolated(
     if not lines.size:
         return 0
     first, last = lines.T
+    if _at_one_rate(slope, first, last, 2.01 * x_step):
+        return 0
     y_steep = np.abs(y_slope) > max(MOVING * y_range, 5.0 * y_step)
     both = _sums((y_bend <= y_tolerance) & y_steep[1:] & y_steep[:-1], first, last) >= last - first
     if not x_step:
@@ -97,6 +99,22 @@ def count_interpolated(
     third = _sums(np.abs(np.diff(np.diff(y_slope), append=np.nan)), first, last - 1)
     rough = (third > second) & (second > 3.0 * max(y_tolerance, y_step) * (last - first))
     return int(np.sum((last - first)[both | rough]))
+
+
+def _at_one_rate(
+    slope: NDArray[np.float64],
+    first: NDArray[np.int64],
+    last: NDArray[np.int64],
+    tolerance: float,
+    *,
+    near: float = 0.02,
+    min_share: float = 0.7,
+) -> bool:
+    """Whether most of the straight lines have the largest slope of the signal, up or down: a limit of its rate."""
+    rates, length = np.abs(slope[first]), last - first
+    largest = float(np.quantile(np.abs(slope), 0.99))
+    same = np.abs(rates - largest) <= near * largest + tolerance
+    return float(length[same].sum()) >= min_share * float(length.sum())
 
 
 def exception_deviation(

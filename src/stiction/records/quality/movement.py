@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -47,17 +48,24 @@ def count_reversals(x: NDArray[np.float64], min_move: float = 0.0) -> int:
     if not directions.size:
         return 0
     turning = x[:-1][moving][np.append(True, directions[1:] != directions[:-1])]
-    count, direction, farthest = 0, 0.0, float(turning[0])
-    low = high = farthest
-    for value in [*turning.tolist(), float(x[-1])]:
-        if direction == 0.0:
-            low, high = min(low, value), max(high, value)
-            direction = 1.0 if value - low > min_move else -1.0 if high - value > min_move else 0.0
+    values = iter([*turning.tolist(), float(x[-1])])
+    count, rises, low = 0, None, math.inf
+    high = farthest = -math.inf
+    for value in values:
+        low, high = min(low, value), max(high, value)
+        if high - low > min_move:
+            rises, farthest = value == high, value
+            break
+    for value in values:
+        if rises:
+            if value > farthest:
+                farthest = value
+            elif farthest - value > min_move:
+                count, rises, farthest = count + 1, False, value
+        elif value < farthest:
             farthest = value
-        elif direction * (value - farthest) > 0.0:
-            farthest = value
-        elif direction * (farthest - value) > min_move:
-            count, direction, farthest = count + 1, -direction, value
+        elif value - farthest > min_move:
+            count, rises, farthest = count + 1, True, value
     return count
 
 

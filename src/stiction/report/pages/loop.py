@@ -54,13 +54,13 @@ def loop_headline(diagnosis: Diagnosis) -> Headline:
     return Headline(
         diagnosis.record.tag,
         diagnosis.verdict,
-        labels.VERDICT_ICONS[diagnosis.verdict],
+        labels.finding_icon(diagnosis),
         labels.headline(diagnosis),
         labels.confidence_text(diagnosis),
         diagnosis.reason,
-        diagnosis.action,
-        _facts(diagnosis),
-        severity,
+        action=diagnosis.action,
+        facts=_facts(diagnosis),
+        severity=severity,
     )
 
 
@@ -105,6 +105,10 @@ def _facts(diagnosis: Diagnosis) -> list[tuple[str, str]]:
     else:
         facts.append(("Oscillation", "none found"))
     if diagnosis.loop_state.in_control:
+        if diagnosis.next_step:
+            facts.append(("Next step", diagnosis.next_step))
+        if diagnosis.verdict == "no_stiction" and diagnosis.S_detectable is not None:
+            facts.append(("Stiction that would have shown", f"above {diagnosis.S_detectable:.1f} {record.op_unit}"))
         facts.append((f"Main {labels.cause_title(diagnosis)}", labels.cause_label(diagnosis)))
     if identification is not None:
         sticky, good = (

@@ -81,7 +81,7 @@ def _row(k: int, name: str, diagnosis: Diagnosis) -> list[Cell]:
         )
     return [
         Cell(name, href=f"#{loop_anchor(k)}"),
-        Cell(verdict, sort=order, mark=labels.VERDICT_ICONS[diagnosis.verdict]),
+        Cell(verdict, sort=order, mark=labels.finding_icon(diagnosis)),
         probability,
         size,
         period,

@@ -125,7 +125,10 @@ def _row(cells: dict[str, str], place: str, delimiter: str) -> MapRow:
     if good and not role.endswith("quality"):
         raise RecordError(f"good = {good!r} stands at the role {role!r}; give it to a quality column.", where=place)
     low, high = ends.get("low"), ends.get("high")
-    return MapRow(cells["tag"], cells["loop"], role, unit, low, high, area, master, importance, good, place)
+    return MapRow(
+        cells["tag"], cells["loop"], role, unit, low, high, area=area, master=master, importance=importance, good=good,
+        place=place,
+    )  # fmt: skip
 
 
 def _check(rows: list[MapRow], path: str) -> None:
@@ -196,7 +199,8 @@ def map_text(loops: Sequence[LoopRoles]) -> str:
             low, high = loop.spans.get(role, (None, None))
             unit, name = loop.unit_of(role), column_label(column)
             good = " ".join(loop.good_codes.get(role, ()))
-            rows.append(MapRow(name, tag, role, unit, low, high, loop.area, loop.master, loop.importance, good))
+            shared = {"area": loop.area, "master": loop.master, "importance": loop.importance, "good": good}
+            rows.append(MapRow(name, tag, role, unit, low, high, **shared))
         for row in (*rows, *(MapRow(name, tag, UNUSED) for name in loop.unused)):
             writer.writerow(["" if cell is None else cell for cell in astuple(row)[:-1]])
     return text.getvalue()

@@ -1,0 +1,72 @@
+"""What is said first of a loop, and the next step."""
+
+from __future__ import annotations
+
+import pytest
+
+from stiction.diagnosis.verdict.finding import FINDINGS, grade
+from stiction.report.labels import FINDINGS as FINDING_LINES
+from stiction.report.labels import headline
+
+from .results import make_diagnosis, make_identification, make_segment
+
+PLAY = make_identification(J=0.1)
+
+
+@pytest.mark.parametrize(
+    ("changes", "finding"),
+    [
+        ({"probability": 0.95}, "sticks"),
+        ({"probability": 0.75}, "probably_sticks"),
+        ({"probability": 0.1, "causes": {"tuning": 0.9}, "S_detectable": 0.5}, "tuning"),
+        ({"probability": 0.1, "causes": {"set_point": 0.9}, "S_detectable": 0.5}, "follows"),
+        ({"probability": 0.1, "causes": {"rate_limit": 0.9, "tuning": 0.6}}, "rate_limit"),
+        ({"probability": 0.1, "causes": {"external": 0.9}, "S_detectable": 0.5}, "external"),
+        ({"probability": 0.1, "causes": {"external": 0.9}, "verdict": "undecided"}, "cause_unknown"),
+        ({"probability": 0.1, "causes": {"valve": 0.9}, "identification": PLAY}, "backlash"),
+        ({"probability": 0.1, "causes": {"valve": 0.9}}, "cannot_tell"),
+        ({"probability": 0.1, "S_detectable": 0.5}, "external"),
+        ({"probability": 0.1, "S_detectable": 0.5, "causes": {"tuning": 0.4}}, "cause_unknown"),
+        ({"probability": 0.4}, "cause_unknown"),
+        ({"probability": 0.1, "oscillating": False, "S_detectable": 0.5}, "nothing_found"),
+        ({"probability": 0.1, "oscillating": False, "verdict": "undecided"}, "cannot_tell"),
+        ({"probability": 0.25, "state": "valve_not_responding"}, "valve_not_responding"),
+        ({"probability": 0.25, "state": "manual"}, "not_in_command"),
+        ({"probability": 0.25, "state": "bad_data"}, "no_data"),
+    ],
+)
+def test_finding(changes, finding):
+    found = make_diagnosis(**changes)
+    assert found.finding == finding
+    assert found.finding in FINDINGS
+    assert found.to_dict()["finding"] == finding
+
+
+def test_five_grades():
+    words = [grade("stiction", 0.95), grade("stiction", 0.75), grade("undecided", 0.5), grade("no_stiction", 0.2),
+             grade("no_stiction", 0.02)]  # fmt: skip
+    assert words == ["sticks", "probably sticks", "cannot tell", "probably does not stick", "does not stick"]
+
+
+def test_manual_test_lasts_three_periods():
+    """The period of the test loop is 60 s."""
+    found = make_diagnosis(0.1, causes={"external": 0.9}, verdict="undecided")
+    assert "in manual for three periods (180 s" in found.next_step
+    assert found.action == found.next_step
+
+
+def test_step_is_twice_the_smallest_stiction_that_matters():
+    found = make_diagnosis(0.1, oscillating=False, verdict="undecided", smallest_S=3.0)
+    assert "Step OP by 6 % each way" in found.next_step
+
+
+def test_headline_leads_with_the_finding():
+    tuning = make_diagnosis(0.02, causes={"tuning": 0.9}, S_detectable=0.5)
+    assert headline(tuning).startswith("Controller tuning; the valve does not stick above S\u00a0=\u00a00.5")
+    assert headline(make_diagnosis(segment=make_segment("manual"))).endswith("cannot tell whether the valve sticks")
+    assert set(FINDING_LINES) < set(FINDINGS)
+
+
+def test_json_tells_play_from_stiction():
+    assert make_diagnosis(0.1, identification=PLAY).to_dict()["stiction"]["kind"] == "backlash"
+    assert make_diagnosis(0.95).to_dict()["stiction"]["kind"] == "stiction"
