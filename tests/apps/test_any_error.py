@@ -79,3 +79,16 @@ def test_signals_of_any_size_are_judged(factor):
         "time_s": 1.0 * k, "F1.PV": factor * (3.0 * np.sin(k / 9) + (k * 7 % 11) / 40), "F1.OP": 40 + 4 * np.cos(k / 9),
     })  # fmt: skip
     assert st.diagnose(st.read(frame)[0]).verdict in ("stiction", "no_stiction", "undecided")
+
+
+def test_audit_tells_the_files_that_cannot_be_read_with_their_reasons(tmp_path, run):
+    (tmp_path / "plant").mkdir()
+    rows = "\n".join(f"{k},{50 + k % 5},{40 + k % 7}" for k in range(300))
+    (tmp_path / "plant" / "a.csv").write_text(f"time_s,F1.PV,F1.OP\n{rows}\n")
+    (tmp_path / "plant" / "b.csv").write_text("")
+    done = run("audit", str(tmp_path / "plant"), "--out", str(tmp_path / "out"), "--workers", "1")
+    assert done.code in (0, 1)
+    assert "1 loop in 1 part of the source" in done.err
+    assert "1 file cannot be read" in done.err
+    assert "b.csv: is empty; export the loop again" in done.out
+    assert "b.csv" in (tmp_path / "out" / "index.html").read_text()

@@ -255,7 +255,7 @@ def test_progress_is_kept_from_a_pipe_and_shown_on_a_terminal(monkeypatch, capsy
     assert "FIC-1" in capsys.readouterr().err
 
 
-def test_a_twin_that_does_not_fit_is_told_once_with_its_reason(run, sticky_file):
+def test_reason_of_a_twin_that_does_not_fit_is_printed_once(run, sticky_file):
     """A controller that is not the loop's makes another cycle, or none: no advice, and what the twin does instead."""
     done = run("compensate", sticky_file, "--seeds", "1", "--controller", "pi:Kc=0.02,Ti=100", "--report", "r.html")
     assert done.code == 0
@@ -279,7 +279,7 @@ def test_no_text_for_the_plant_from_an_op_in_another_unit(run, folder, sticky_cs
 
 
 @pytest.mark.parametrize("loop", [["--controller", "pi:Kc=-0.2,Ti=10"], ["--process", "1/(s-1)"]])
-def test_a_loop_that_runs_away_by_itself_is_told_so(loop, run):
+def test_unstable_loop_is_named_unstable(loop, run):
     """A wrong sign or an unstable process: 1 + L has roots in the right half plane whatever the valve does."""
     done = run("compensate", *loop)
     assert done.code == 0
@@ -294,7 +294,7 @@ def test_a_stem_that_only_jumps_is_seen_to_cycle(run):
     assert loop["twin"]["simulated"]["period_s"] == pytest.approx(240.0, rel=0.02)
 
 
-def test_retuning_is_told_once_and_the_same(run, folder):
+def test_retuning_is_described_once(run, folder):
     """What new settings give without noise, and with it, stand together, and what does harm is not advised."""
     from stiction.report.pages.trial import remedy_note, retuning_text
 

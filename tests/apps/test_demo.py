@@ -67,7 +67,7 @@ def test_command_writes_report_and_records(run, folder, plant, monkeypatch):
         np.testing.assert_allclose(record.op, loop.record.op)
 
 
-def test_a_wrong_call_is_told(run, plant, monkeypatch):
+def test_wrong_verdict_is_marked(run, plant, monkeypatch):
     healthy = replace(plant[7], record=plant[7].record.window(0, 900), cause="stiction", S=3.0)
     monkeypatch.setattr("stiction.simulation.demo.demo_plant", lambda: (healthy,))
     done = run("demo", "--json")

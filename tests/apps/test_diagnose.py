@@ -271,7 +271,7 @@ def test_counts_become_percent(run, folder, sticky_csv):
     assert found["stiction"]["S"] == pytest.approx(5.0, rel=0.15)
 
 
-def test_loops_of_one_name_are_told_apart_by_their_files(run, folder, sticky_csv):
+def test_loops_with_one_tag_are_named_with_their_files(run, folder, sticky_csv):
     lines = sticky_csv.splitlines(keepends=True)
     for month, rows in (("may", lines[1:601]), ("june", lines[900:])):
         (folder / month).mkdir()

@@ -37,7 +37,7 @@ def stumbles(request, monkeypatch):
         monkeypatch.setattr(st, "diagnose", judging)
 
 
-def test_the_others_are_told(run, plant, stumbles):
+def test_other_loops_are_diagnosed(run, plant, stumbles):
     done = run("diagnose", *plant, "--no-report")
     assert done.code == 1
     [row] = [line for line in done.out.splitlines() if "Not diagnosed" in line]

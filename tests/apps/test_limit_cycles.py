@@ -35,7 +35,7 @@ def test_table_and_page(run, folder):
     assert all(title in page for title in titles)
 
 
-def test_every_start_is_told_in_the_shares_of_the_basins(run, folder):
+def test_shares_of_the_basins_cover_every_start(run, folder):
     assert run("limit-cycles", "--valve", "kano:S=5,J=2", "--report", "lc.html").code == 1
     caption, *_ = re.findall(r"starts from rest with the stem at 0: ([^<]*)\.<", (folder / "lc.html").read_text())
     assert "come to rest" in caption

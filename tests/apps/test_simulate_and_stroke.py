@@ -222,7 +222,7 @@ def test_a_stem_cannot_rest_off_its_travel(start, run):
     assert run("stroke", *deviations, "--mv-start", "-20").code == 0
 
 
-def test_a_file_without_op_is_not_told_of_python(run, folder):
+def test_message_on_a_missing_op_names_options_of_the_command(run, folder):
     (folder / "bad.csv").write_text("a,b\n" + "\n".join(f"{k},{k % 3}" for k in range(20)))
     (folder / "two.csv").write_text("Time,F1.OP,F2.OP\n" + "\n".join(f"{k},{k % 3},{k % 5}" for k in range(20)))
     for name in ("bad.csv", "two.csv"):

@@ -191,7 +191,7 @@ def test_what_was_identified_is_on_the_page(tmp_path):
         assert (rejected in written(tmp_path, replace(found, verdict=verdict)).text) is shown
 
 
-def test_measured_and_estimated_positions_are_told_apart():
+def test_measured_and_estimated_positions_have_different_lines():
     estimated = figures.valve_position(LoopView(diagnosis()))
     both = figures.valve_position(LoopView(diagnosis(run=record(measured=True))))
     assert estimated is not None

@@ -249,6 +249,9 @@ def _print_not_judged(found: "Audit", *, max_tags: int = 10) -> None:
         if tags:
             more = f" and {len(tags) - max_tags} more" if len(tags) > max_tags else ""
             print_out(f"\n{what}: {', '.join(tags[:max_tags])}{more}")
+    failed = [row for row in found.not_judged if row.failed]
+    for row in failed[:max_tags]:
+        print_out(f"{row.tag}: {row.reason}")
 
 
 def _state_text(row: "LoopRow") -> str:

@@ -74,12 +74,18 @@ class AuditBar:
             return
         work = "all are diagnosed already"
         if details["left"]:
-            left = "" if details["left"] == details["loops"] else f" of the remaining {details['left']}"
+            left = (
+                ""
+                if details["left"] == details["loops"] + details["unreadable"]
+                else f" of the remaining {details['left']}"
+            )
             workers = count_noun(details["workers"], "worker")
             work = f"the diagnosis{left} takes about {_format_time(details['seconds'])} with {workers}"
+        unreadable = count_noun(details["unreadable"], "file")
+        left_out = f" {unreadable} cannot be read; the reasons are in the result." if details["unreadable"] else ""
         print_err(
             f"{count_noun(details['loops'], 'loop')} in {count_noun(details['parts'], 'part')} of the source, about "
-            f"{details['samples']:,} samples each; {work}."
+            f"{details['samples']:,} samples each; {work}.{left_out}"
         )
 
 

@@ -112,7 +112,9 @@ class AuditStages:
             start_s, self.loop_s = warm_kernels(samples, clock.fast_dt)
             seconds = start_s + left * self.loop_s / workers
         parts = len({one.part for one in self.places.values()})
-        details = {"loops": len(self.places), "parts": parts, "samples": samples, "left": left, "workers": workers}
+        unreadable = sum(bool(one.failure) for one in self.places.values())
+        details = {"loops": len(self.places) - unreadable, "unreadable": unreadable, "parts": parts - unreadable}
+        details |= {"samples": samples, "left": left, "workers": workers}
         self._report("plan", 0, 0, details=details | {"seconds": seconds})
 
     def close(self) -> None:

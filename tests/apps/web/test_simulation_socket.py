@@ -104,7 +104,7 @@ def test_a_slow_prediction_does_not_hold_up_the_trend() -> None:
     assert background.questions == [1]
 
 
-def test_an_error_is_told_and_the_next_question_is_answered() -> None:
+def test_next_question_is_answered_after_an_error() -> None:
     quick = Pool(ParameterError("S = 300 % is too large."))
     sent = talk([question("trend", 1), question("trend", 2)], 2, quick, Pool())
     assert sent == [{"kind": "trend", "id": k, "error": "S = 300 % is too large."} for k in (1, 2)]

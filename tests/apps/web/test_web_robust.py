@@ -113,7 +113,7 @@ def test_the_printed_address_listens(web_assets, tmp_path):
         process.terminate()
 
 
-def test_without_the_extra_the_pip_line_is_told(monkeypatch, capsys):
+def test_missing_extra_names_the_pip_line(monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, "starlette", None)
     assert main(["serve", "--no-open"]) == 3
     assert 'pip install "stiction[web]"' in capsys.readouterr().err

@@ -57,7 +57,7 @@ def test_a_call_that_takes_too_long_is_ended_and_the_next_one_runs():
     assert run(work) == 2
 
 
-def test_a_process_that_ends_is_told_and_started_again():
+def test_ended_process_is_reported_and_started_again():
     async def work(pool):
         with pytest.raises(WorkerLostError, match="started again"):
             await pool.call(os._exit, 1)

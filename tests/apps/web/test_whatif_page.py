@@ -85,7 +85,7 @@ def test_the_number_field_and_the_keyboard_do_what_the_slider_does(page: Any) ->
     expect(page.locator(".slider[data-name=r]")).to_be_visible()
 
 
-def test_a_number_out_of_range_is_told_and_the_screen_goes_on(page: Any) -> None:
+def test_number_out_of_range_is_refused_and_the_screen_goes_on(page: Any) -> None:
     sentence = open_whatif(page)
     number = page.locator(".number-field[data-name=S]")
     number.fill("300")
@@ -104,7 +104,7 @@ def test_a_number_out_of_range_is_told_and_the_screen_goes_on(page: Any) -> None
     expect(trouble).to_have_count(0)
 
 
-def test_an_unknown_loop_is_told(server: Any, open_page: Any) -> None:
+def test_unknown_loop_is_refused(server: Any, open_page: Any) -> None:
     page = open_page(server, "#/whatif?set=session&key=7", expected=("404",))
     expect(page.locator(".problem").filter(has_text="This loop is unknown")).to_be_visible()
 
