@@ -35,7 +35,7 @@ class Provenance:
     held_samples: int = 0
     """Samples for which the reader repeated an earlier value, because the time stamps were uneven [-]."""
     unchanged_samples: int = 0
-    """How many of `held_samples` the source left out because the value had not changed."""
+    """How many of `held_samples` the source left out because the value had not changed [-]."""
     outliers: int = 0
     """Values far from all others that count as missing (see `quality.find_outliers`) [-]."""
     pv_unit: str = ""
