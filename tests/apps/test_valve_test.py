@@ -122,6 +122,7 @@ def test_what_cannot_be_tested_is_said(argv, code, says, run, folder):
     [
         ("time_s,OP [mA],ZT [mA]", 4.0, 0.16, ()),
         ("time_s,OP [fraction],ZT [fraction]", 0.0, 0.01, ()),
+        ("time_s,OP,ZT", 0.0, 0.01, ()),
         ("time_s,OP,ZT", 4.0, 0.16, ("--op-range", "4", "20", "--mv-range", "4", "20")),
     ],
 )
@@ -135,7 +136,7 @@ def test_a_position_in_the_unit_of_op_is_the_same_test(header, zero, span, optio
     if options:
         done = run("valve-test", "analyse", "ramp", "raw.csv", "--op-range", "4", "20")
         assert "assumed: The valve position lies between 5.6" in done.out
-        assert "(mv_range), 4 to 20" in done.out
+        assert "agrees with OP as a signal of 4 to 20: it is converted" in done.out
 
 
 def test_a_test_comes_by_standard_input_too(run, folder, ramp_csv, monkeypatch):
@@ -166,7 +167,7 @@ def test_a_plan_too_long_for_the_memory_is_refused_before_it_is_made(argv, run):
     assert "(limit 10,000,000); give at most 1e+07 s" in done.err
 
 
-@pytest.mark.parametrize(("header", "low", "span"), [("OP [V],MV [V]", 1.0, 0.04), ("OP,MV", 0.0, 0.01)])
+@pytest.mark.parametrize(("header", "low", "span"), [("OP [V],MV [V]", 1.0, 0.04), ("OP,MV", 3.0, 0.12)])
 def test_an_op_in_another_unit_is_not_judged_by_a_limit_in_percent(header, low, span, run, folder, ramp_csv):
     rows = np.loadtxt(folder / ramp_csv, delimiter=",", skiprows=1)
     rows[:, 1:] = low + span * rows[:, 1:]

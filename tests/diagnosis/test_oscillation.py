@@ -13,16 +13,8 @@ from scipy.signal import lfilter
 
 from stiction import FOPDT, PID, Ideal, Integrating, Kano, Loop, simulate
 from stiction.diagnosis.detection import detect_all
-from stiction.diagnosis.oscillation import (
-    about_drift,
-    autocorrelation,
-    control_error,
-    cycle_average,
-    filled,
-    find_oscillation,
-    half_cycles,
-    smooth,
-)
+from stiction.diagnosis.oscillation import autocorrelation, cycle_average, find_oscillation, half_cycles
+from stiction.diagnosis.oscillation.signals import about_drift, control_error, filled, smooth
 from stiction.records.record import LoopRecord
 
 SHAPES = {

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.oscillation import about_drift, smooth
+from stiction.diagnosis.oscillation.signals import about_drift, smooth
 from stiction.records.phase_average import average_by_phase
 
 if TYPE_CHECKING:

@@ -10,7 +10,8 @@ import numpy as np
 from stiction.compensation.external_inputs import simulate_with_inputs
 from stiction.compensation.repair import stiction_of
 from stiction.compensation.replace_parts import replace_parts
-from stiction.diagnosis.oscillation import about_drift, control_error, filled, find_oscillation, half_cycles, smooth
+from stiction.diagnosis.oscillation import find_oscillation, half_cycles
+from stiction.diagnosis.oscillation.signals import about_drift, control_error, filled, smooth
 from stiction.display.json_form import Result, json_as
 from stiction.limitcycle.continuous_form import continuous_form
 from stiction.simulation import simulate

@@ -17,7 +17,7 @@ import numpy as np
 
 from stiction.compensation.cycle_average import periodic_part
 from stiction.diagnosis.identification.process_fit import fit_process
-from stiction.diagnosis.oscillation import about_drift
+from stiction.diagnosis.oscillation.signals import about_drift
 from stiction.errors import RecordError
 from stiction.models import FOPDT, SOPDT, Integrating, Kano
 from stiction.simulation.drivers import stroke_one

@@ -104,7 +104,8 @@ def _diagnose(segment: JudgedSegment, prior: float, costs: Costs, smallest_S: fl
         CauseInput(
             segment.op, segment.pv, sp if sp is not None and np.isfinite(sp).all() else None, segment.dt,
             segment.signals.op_step, segment.pv_step_share, spike_share(segment.pv), segment.oscillation,
-            fitted.controller, fitted.by_pv, response, log_odds(model.sum_up(contributions, DEFAULT_PRIOR)),
+            controller=fitted.controller, identification=fitted.by_pv, response=response,
+            log_odds=log_odds(model.sum_up(contributions, DEFAULT_PRIOR)),
         )
     )  # fmt: skip
     S_detectable, causes = find_detectable_S(cause_features, response), assess_causes(cause_features, prior)

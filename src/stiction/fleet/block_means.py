@@ -141,7 +141,7 @@ def make_block_means(record: LoopRecord, clock: Clock) -> BlockMeans:
     >>> make_block_means(record, common_clock([record], max_blocks=8)).op.tolist()
     [0.5, 2.5, 4.5, 6.5, 8.5, 10.5, 12.5, 14.5]
     """
-    from stiction.diagnosis.oscillation import control_error, filled
+    from stiction.diagnosis.oscillation.signals import control_error, filled
 
     require_record(record)
     first = _offset(record, clock.start)

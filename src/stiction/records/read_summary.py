@@ -77,11 +77,12 @@ class LoopSummary:
         )
         auto = "" if self.auto_percent is None else f", {self.auto_percent:.3g} % in automatic"
         span = f" from {format_time(self.start)} to {format_time(self.end)}" if self.start else ""
-        unit = f"; PV in {self.pv_unit}" if self.pv_unit else ""
+        unit = f"PV in {self.pv_unit}" if self.pv_unit else ""
+        tail = "".join(f"; {part}" for part in (columns, unit) if part)
         lines = [
             f"{self.tag} ({self.loop_type}) from {self.source}: {count_noun(self.rows, 'row')}, "
             f"{count_noun(self.samples, 'sample')} every "
-            f"{self.dt:.6g} s{span}, {self.bad_percent:.3g} % without OP or PV{gaps}{auto}; {columns}{unit}"
+            f"{self.dt:.6g} s{span}, {self.bad_percent:.3g} % without OP or PV{gaps}{auto}{tail}"
         ]
         if self.bad_values:
             kinds = [f"{n} x {kind!r}" for kind, n in Counter(self.bad_values).most_common()]

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.oscillation import about_drift, control_error, filled, half_cycles, smooth
+from stiction.diagnosis.oscillation import half_cycles
+from stiction.diagnosis.oscillation.signals import about_drift, control_error, filled, smooth
 from stiction.diagnosis.result import Evidence
 from stiction.records.gaps import fill_short_gaps
 from stiction.records.runs import runs

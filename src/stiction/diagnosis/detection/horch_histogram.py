@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.detection.evidence import judge, objections, swing
-from stiction.diagnosis.oscillation import smooth
+from stiction.diagnosis.oscillation.signals import smooth
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.detection.evidence import judge, objections, swing, with_position
-from stiction.diagnosis.oscillation import smooth
+from stiction.diagnosis.oscillation.signals import smooth
 from stiction.models.numba_compile import kernel
 from stiction.records.quantiles import quantiles
 

@@ -22,7 +22,7 @@ import numpy as np
 
 from stiction.diagnosis.detection.evidence import blocks, judge, objections, swing
 from stiction.diagnosis.detection.surrogate_data import end_matched, prediction_error, split, surrogates
-from stiction.diagnosis.oscillation import error_name
+from stiction.diagnosis.oscillation.signals import error_name
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

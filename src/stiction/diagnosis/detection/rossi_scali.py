@@ -14,7 +14,7 @@ import numpy as np
 
 from stiction.diagnosis.detection.evidence import half_periods, judge, objections
 from stiction.diagnosis.detection.shapes import relay_misfit, relay_shapes, sine_misfit, triangle_misfit
-from stiction.diagnosis.oscillation import error_name
+from stiction.diagnosis.oscillation.signals import error_name
 from stiction.models.numba_compile import kernel
 
 if TYPE_CHECKING:

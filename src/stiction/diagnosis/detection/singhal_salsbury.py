@@ -14,7 +14,7 @@ import numpy as np
 
 from stiction.diagnosis.detection.evidence import half_periods, judge, objections
 from stiction.diagnosis.detection.shapes import area_ratio
-from stiction.diagnosis.oscillation import error_name
+from stiction.diagnosis.oscillation.signals import error_name
 from stiction.models.numba_compile import kernel
 from stiction.records.quantiles import robust_std
 

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.detection.evidence import action, coarse, judge, objections, swing, with_position
-from stiction.diagnosis.oscillation import filled
+from stiction.diagnosis.oscillation.signals import filled
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -190,7 +190,7 @@ def fit_response(
         effect, gain * sign if sign else math.nan, _criterion(own, plain, OP_LAGS),
         _margin(blocks, beside, controller, dt), _margin(blocks, plain, controller, dt),
         stem[0], stem[1], stem[2] * sign if sign else math.nan,
-        _foretold_evidence(blocks, op, found.linear, dt, beside),
+        evidence=_foretold_evidence(blocks, op, found.linear, dt, beside),
     )  # fmt: skip
 
 

@@ -26,7 +26,7 @@ def control_error(record: LoopRecord) -> NDArray[np.float64] | None:
     Examples
     --------
     >>> import numpy as np
-    >>> from stiction.diagnosis.oscillation import control_error
+    >>> from stiction.diagnosis.oscillation.signals import control_error
     >>> from stiction.records import LoopRecord
     >>> pv = np.arange(8.0)
     >>> control_error(LoopRecord("FIC-101", 1.0, op=pv, pv=pv, sp=np.full(8, 2.0))).tolist()
@@ -43,7 +43,7 @@ def error_name(record: LoopRecord) -> str:
 
     Examples
     --------
-    >>> from stiction.diagnosis.oscillation import error_name
+    >>> from stiction.diagnosis.oscillation.signals import error_name
     >>> from stiction.records import LoopRecord
     >>> error_name(LoopRecord("FIC-101", 1.0, op=[50.0], pv=[3.0], sp=[3.0]))
     'The control error'
@@ -62,7 +62,7 @@ def filled(x: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
     Examples
     --------
     >>> import numpy as np
-    >>> from stiction.diagnosis.oscillation import filled
+    >>> from stiction.diagnosis.oscillation.signals import filled
     >>> filled(np.array([0.0, 1.0, np.nan, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0])).tolist()
     [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]
     """
@@ -85,7 +85,7 @@ def smooth(x: NDArray[np.float64], width: float) -> NDArray[np.float64]:
     Examples
     --------
     >>> import numpy as np
-    >>> from stiction.diagnosis.oscillation import smooth
+    >>> from stiction.diagnosis.oscillation.signals import smooth
     >>> smooth(np.array([0.0, 0.0, 3.0, 0.0, 0.0, 0.0, 0.0]), 3.0)[1:4].round(6).tolist()
     [1.0, 1.0, 1.0]
     """
@@ -138,7 +138,7 @@ def about_drift(x: NDArray[np.float64], samples_per_period: float) -> NDArray[np
     Examples
     --------
     >>> import numpy as np
-    >>> from stiction.diagnosis.oscillation import about_drift
+    >>> from stiction.diagnosis.oscillation.signals import about_drift
     >>> t = np.arange(200.0)
     >>> wave = np.sin(2 * np.pi * t / 20)
     >>> bool(np.abs(about_drift(wave + 0.5 * t, 20.0) - wave)[20:180].max() < 1e-9)

@@ -19,7 +19,7 @@ __all__ = ["OLE_START", "damaged_workbook", "require_area", "require_size", "req
 
 OLE_START = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
 """First bytes of an xls workbook, and of an encrypted one of any kind."""
-CELL_WITH_VALUE = re.compile(rb'<c r="([A-Z]{1,3})(\d{1,7})"[^>/]*>')
+CELL_WITH_VALUE = re.compile(rb'<c r="([A-Z]{1,3})(\d{1,7})"[^>/]*>(?!</c>)')
 TRIAL = """
 import sys
 from python_calamine import CalamineWorkbook

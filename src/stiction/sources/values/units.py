@@ -72,8 +72,8 @@ def scale_between(unit: str, target: str) -> tuple[float, float] | None:
 
     Examples
     --------
-    >>> scale_between("kL/h", "m3/h"), scale_between("bar", "barg")
-    ((1.0, 0.0), None)
+    >>> scale_between("kL/h", "L/h"), scale_between("bar", "barg")
+    ((1000.0, 0.0), None)
     """
     import pint
 
