@@ -57,7 +57,7 @@ def test_command_writes_report_and_records(run, folder, plant, monkeypatch):
     monkeypatch.setattr("webbrowser.open", lambda *_: pytest.fail("no one asked for a browser"))
     done = run("demo", "--report", "plant.html")
     assert done.code == 0
-    assert "2 of 2 loops: verdict and cause are right" in done.out
+    assert "2 of 2 loops: the finding is right" in done.out
     page = (folder / "plant.html").read_text()
     assert {"FIC-101", "FIC-108"} <= set(re.findall(r"FIC-\d+", page))
     for loop in some:

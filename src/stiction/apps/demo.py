@@ -69,7 +69,7 @@ def demo(
         print_json({"report": str(target), "records": str(folder), "right": sum(right), "loops": loops})
     else:
         _print_verdicts(simulated, diagnoses)
-        print_out(f"\n{sum(right)} of {len(simulated)} loops: verdict and cause are right.")
+        print_out(f"\n{sum(right)} of {len(simulated)} loops: the finding is right.")
         print_out(f"Report: {target}")
         print_out(f"Try:    stiction diagnose {folder / simulated[0].record.tag}.csv")
     _open_page(target, open, as_json)
@@ -118,15 +118,14 @@ def _print_verdicts(plant: tuple["DemoLoop", ...], diagnoses: list["Diagnosis"])
             "ok" if verdict_is_correct(loop, diagnosis) else "WRONG",
             loop.record.tag,
             loop.story,
-            labels.VERDICTS[diagnosis.verdict],
-            labels.cause_label(diagnosis),
+            labels.finding_line(diagnosis),
             labels.format_probability(diagnosis.probability),
             f"{loop.S:g}" if loop.cause == "stiction" else "",
             labels.S_text(diagnosis),
         ]
         for loop, diagnosis in zip(plant, diagnoses, strict=True)
     ]
-    columns = ["", "Loop", "Truth", "Verdict", "Cause", "Probability", "S true [%]", "S found [%]"]
+    columns = ["", "Loop", "Truth", "Finding", "Probability", "S true [%]", "S found [%]"]
     print_table(columns, rows)
 
 

@@ -33,6 +33,7 @@ __all__ = [
     "confidence_text",
     "count_noun",
     "finding_icon",
+    "finding_line",
     "format_duration",
     "format_interval",
     "format_number",
@@ -168,13 +169,22 @@ def stiction_size(identification: Identification, record: LoopRecord) -> str:
 
 
 def S_text(diagnosis: Diagnosis) -> str:
-    """Return S with its interval, and its unit if that is not % of span; empty without an S or with a good valve."""
+    """Return S with its interval, and its unit if that is not % of span; empty unless stiction or play is found."""
     identification = diagnosis.identification
-    if identification is None or diagnosis.verdict == "no_stiction":
+    if identification is None or not (diagnosis.verdict == "stiction" or diagnosis.finding == "backlash"):
         return ""
     S, low, high = format_interval(identification.S, identification.S_low, identification.S_high)
     unit = "" if diagnosis.record.op_in_percent else f"\u00a0{diagnosis.record.op_unit_short}"
     return f"{S} ({low}\u00a0to\u00a0{high}){unit}"
+
+
+def finding_line(diagnosis: Diagnosis) -> str:
+    """Return the finding as tables show it; of a loop that is not in control its state."""
+    if not diagnosis.loop_state.in_control:
+        return f"{VERDICTS[diagnosis.verdict]}: {HEADLINES[diagnosis.loop_state.state]}"
+    line = FINDINGS[diagnosis.finding]
+    second = diagnosis.verdict == "stiction" and diagnosis.cause not in ("none", "valve")
+    return f"{line} and {cause_label(diagnosis)}" if second else line
 
 
 def headline(diagnosis: Diagnosis) -> str:

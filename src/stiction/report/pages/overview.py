@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.loop_state import HEADLINES
 from stiction.report import labels
 from stiction.report.blocks import Cell, StatusIcon, Table
 from stiction.report.figures import sparkline
@@ -48,7 +47,7 @@ def overview(diagnoses: Sequence[Diagnosis], failures: Sequence[tuple[str, str]]
     percent = any(diagnosis.record.op_in_percent for diagnosis in diagnoses)
     S, OP = ("S [% of span]", "OP\u00a0± [%]") if percent else ("S", "OP\u00a0±")
     return Table(
-        ["Loop", "Verdict", "Probability", S, "Period", OP, "Data", "Trend of PV", "What to do"],
+        ["Loop", "Finding", "Probability", S, "Period", OP, "Data", "Trend of PV", "What to do"],
         rows,
         "Worst first, S with its 95 % interval.",
         sortable=True,
@@ -62,12 +61,8 @@ def _row(k: int, name: str, diagnosis: Diagnosis) -> list[Cell]:
     size = EMPTY_CELL
     if identification is not None and (text := labels.S_text(diagnosis)):
         size = Cell(text, sort=_finite(identification.S) if percent else "")
-    verdict = labels.VERDICTS[diagnosis.verdict]
-    if not diagnosis.loop_state.in_control:
-        verdict = f"{verdict}: {HEADLINES[diagnosis.loop_state.state]}"
-    elif diagnosis.cause not in ("none", "valve"):
-        verdict = f"{verdict}{' and' if diagnosis.verdict == 'stiction' else ':'} {labels.cause_label(diagnosis)}"
-    order = f"{_RANK[diagnosis.verdict]} {verdict}"
+    finding = labels.finding_line(diagnosis)
+    order = f"{_RANK[diagnosis.verdict]} {finding}"
     data, data_icon = _data_quality(diagnosis)
     trend = record.op if record.pv is None else record.pv
     period = swing = probability = EMPTY_CELL
@@ -81,7 +76,7 @@ def _row(k: int, name: str, diagnosis: Diagnosis) -> list[Cell]:
         )
     return [
         Cell(name, href=f"#{loop_anchor(k)}"),
-        Cell(verdict, sort=order, mark=labels.finding_icon(diagnosis)),
+        Cell(finding, sort=order, mark=labels.finding_icon(diagnosis)),
         probability,
         size,
         period,
