@@ -29,7 +29,7 @@ def test_first_line_is_the_address_and_interrupt_ends_it(serve, tmp_path):
     assert len(server.token) >= 32
     assert server.stop(signal.SIGINT) == 0
     assert server.process.stderr.read() == ""
-    assert list(tmp_path.glob("stiction-serve-*")) == []
+    assert list(tmp_path.glob("stiction-run-*")) == []
 
 
 def test_files_of_the_command_line_are_diagnosed_at_once(serve, tmp_path):
@@ -142,8 +142,8 @@ def test_upload_that_is_cut_leaves_nothing(serve, tmp_path):
         )
         time.sleep(0.3)
     time.sleep(0.5)
-    [folder] = tmp_path.glob("stiction-serve-*")
-    assert list((folder / "uploads").iterdir()) == []
+    [uploads] = tmp_path.glob("stiction-run-*/*/uploads")
+    assert list(uploads.iterdir()) == []
     assert server.call("PUT", "/api/files?name=a.csv", sticky_csv(NAMED).encode()).status == 201
 
 
