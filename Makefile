@@ -71,8 +71,8 @@ validate: $(VENV)/.ready-test
 	$(BIN)/python -m calibration.feature_table --chunks 500 --seed 8 --jobs $(WORKERS) --out $(TABLES)/fresh.parquet
 	$(BIN)/python -m calibration.feature_table --sets second --chunks 480 --seed 5 --jobs $(WORKERS) --out $(TABLES)/second.parquet
 	if [ -f "$(RECORDS)/labels.csv" ]; then $(BIN)/python -m calibration.feature_table --recorded "$(RECORDS)" --out $(TABLES)/recorded.parquet; fi
-	$(BIN)/python -m calibration.feature_table --sets kinds --chunks 150 --seed 12 --jobs $(WORKERS) --out $(TABLES)/kinds-fresh.parquet
-	$(BIN)/python -m calibration.feature_table --sets second_kinds --chunks 150 --seed 6 --jobs $(WORKERS) --out $(TABLES)/kinds-second.parquet
+	$(BIN)/python -m calibration.feature_table --sets kinds --chunks 150 --seed 21 --jobs $(WORKERS) --out $(TABLES)/kinds-fresh.parquet
+	$(BIN)/python -m calibration.feature_table --sets second_kinds --chunks 150 --seed 22 --jobs $(WORKERS) --out $(TABLES)/kinds-second.parquet
 	$(BIN)/python -m calibration.validate --first $(TABLES)/fresh.parquet --second $(TABLES)/second.parquet --recorded $(TABLES)/recorded.parquet --kinds $(TABLES)/kinds-fresh.parquet --second-kinds $(TABLES)/kinds-second.parquet
 	$(BIN)/python -m calibration.benchmark --first $(TABLES)/fresh.parquet --second $(TABLES)/second.parquet --recorded $(TABLES)/recorded.parquet
 	$(BIN)/python docs/trust_numbers.py

@@ -27,10 +27,7 @@ ACCEPTED = {
     "sensor": "sensor",
 }  # fmt: skip
 """Finding -> the cause that it names; other findings name none."""
-ALSO_TRUE = {
-    "rate limit": ("tuning",), "pulsed": ("external",), "random load": ("external",), "dead zone": ("external",),
-    "position as OP": ("external",),
-}  # fmt: skip
+ALSO_TRUE = {"rate limit": ("tuning",)}
 """Kind -> causes that are true of it besides its own: a lower gain helps a loop that its rate limit makes cycle."""
 MOVED = 2.0
 """Amplitude of OP from which a good valve should be called good [% of span]."""
