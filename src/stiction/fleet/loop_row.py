@@ -32,7 +32,7 @@ RESTING_STATES = ("manual", "saturated", "shut_in", "pv_frozen", "bad_data")
 def _of(path: str) -> dict[str, str]:
     """Metadata of a field that is read from a source: place, record, metrics, diagnosis, oscillation or valve.
 
-    The oscillation is there where the loop oscillates; the valve, where it was judged and is not called good.
+    The oscillation is there where the loop oscillates; the valve, where it is not called good or has play.
     """
     return {"path": path}
 
@@ -60,6 +60,12 @@ class LoopRow(Result, Mapping[str, Any]):
     """`stiction`, `no_stiction` or `undecided`."""
     probability: float | None = field(default=None, metadata=_of("diagnosis.probability"))
     """Probability that the valve sticks [-]."""
+    finding: str | None = field(default=None, metadata=_of("diagnosis.finding"))
+    """Code of what is said first of the loop, such as `sticks`, `tuning` or `cannot_tell`."""
+    next_step: str = field(default="", metadata=_of("diagnosis.next_step"))
+    """Cheapest test that decides what is open; empty where nothing is."""
+    S_detectable: float | None = field(default=None, metadata=_of("diagnosis.S_detectable"))
+    """Smallest S that the record would have shown [% of span]; None where no S would."""
     loop_state: StateName | None = field(default=None, metadata=_of("diagnosis.loop_state.state"))
     """State of the loop."""
     oscillation_cause: str = field(default="none", metadata=_of("diagnosis.cause"))
@@ -204,7 +210,8 @@ class LoopRow(Result, Mapping[str, Any]):
         """Add the diagnosis."""
         state, quality, valve = diagnosis.loop_state, diagnosis.quality, diagnosis.identification
         known = diagnosis.oscillation if diagnosis.oscillation.oscillating else None
-        sized = valve if state.in_control and diagnosis.verdict != "no_stiction" else None
+        has_size = state.in_control and (diagnosis.verdict != "no_stiction" or diagnosis.finding == "backlash")
+        sized = valve if has_size else None
         lost = sum(one.end_s - one.start_s for one in state.stretches if one.state == "not_in_command")
         return replace(
             self._read_from(diagnosis=diagnosis, oscillation=known, valve=sized),
