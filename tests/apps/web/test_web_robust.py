@@ -131,6 +131,14 @@ def test_help_names_the_address():
     assert b"127.0.0.1" in done.stdout
 
 
+def wait_for(condition, seconds=10.0):
+    """Wait until a condition holds; fail when it does not within the time."""
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+
 def test_upload_that_is_cut_leaves_nothing(serve, tmp_path):
     server = serve()
     server.sign_in()
@@ -140,10 +148,8 @@ def test_upload_that_is_cut_leaves_nothing(serve, tmp_path):
             f"Cookie: {server.cookie}\r\nContent-Length: 1000000\r\n\r\n".encode()
             + b"time_s,PV,OP\n" * 100
         )
-        time.sleep(0.3)
-    time.sleep(0.5)
-    [uploads] = tmp_path.glob("stiction-run-*/*/uploads")
-    assert list(uploads.iterdir()) == []
+        wait_for(lambda: any(tmp_path.glob("stiction-run-*/*/uploads/*")))
+    wait_for(lambda: not any(tmp_path.glob("stiction-run-*/*/uploads/*")))
     assert server.call("PUT", "/api/files?name=a.csv", sticky_csv(NAMED).encode()).status == 201
 
 
