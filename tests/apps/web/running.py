@@ -15,6 +15,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from stiction.scratch import RUN_VARIABLE, SHARED_VARIABLE
+
 ROOT = Path(__file__).resolve().parents[3]
 ASSETS = ROOT / "src" / "stiction" / "apps" / "web" / "static" / "vendor" / "uPlot.esm.js"
 WAIT_S = 180.0
@@ -113,6 +115,8 @@ def start_server(*arguments: str, cwd: Path | None = None) -> Server:
     """Start `stiction serve` on a free port and wait until it answers."""
     temporary = {"TMPDIR": str(cwd)} if cwd is not None else {}
     environment = {**os.environ, **temporary, "PYTHONPATH": str(ROOT / "src"), "OPENBLAS_NUM_THREADS": "1"}
+    for variable in (RUN_VARIABLE, SHARED_VARIABLE):  # the server is a run of its own, not a worker of the tests
+        environment.pop(variable, None)
     command = [sys.executable, "-m", "stiction", "serve", "--no-open", *arguments]
     process = subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment, cwd=cwd
