@@ -54,8 +54,11 @@ def start(packed: Path, folder: Path) -> subprocess.Popen[str]:
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
 @pytest.mark.parametrize("end", ENDS)
 def test_nothing_is_left_at_the_end(packed: Path, tmp_path: Path, end: str) -> None:
+    name = ENDS[end]
+    if name is not None and signal.getsignal(getattr(signal, name)) == signal.SIG_IGN:
+        pytest.skip(f"{name} is ignored here, as under nohup")
     process = start(packed, tmp_path / "tmp")
-    if (name := ENDS[end]) is None:
+    if name is None:
         process.communicate("\n")
     else:
         process.send_signal(getattr(signal, name))
