@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from stiction.errors import MissingExtraError, RecordError
+from stiction.sources.compression import ByteLimit
 from stiction.sources.formats.matlab_structures import TIME_NAMES, find_loops
 from stiction.sources.table import Origin
 from stiction.sources.typed_table import make_series, typed_table
@@ -21,6 +23,9 @@ if TYPE_CHECKING:
 __all__ = ["read", "recognises"]
 
 HDF5_START = b"\x89HDF\r\n\x1a\n"
+ITEM_BYTES = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8, 16: 1, 17: 2, 18: 4}
+"""Bytes of an item of each type of number or text in a v5 file (MAT-File Format, table 1-1)."""
+ELEMENT_KINDS = {*ITEM_BYTES, 14, 15}
 MATLAB_DAY_OF_1970 = 719_529.0
 """MATLAB day number of 1 January 1970 [d]."""
 MATLAB_DAYS = (693_962.0, 803_000.0)
@@ -92,33 +97,30 @@ def _require_sound(source: ByteSource) -> None:
     """Walk over the variables of a v5 file: refuse damaged ones, on which scipy may crash, and too large ones."""
     import zlib
 
-    from stiction.sources.compression import ByteLimit
-
     limit = ByteLimit(source.origin.name, source.max_bytes, source.path.stat().st_size)
     order: Literal["little", "big"] = "little" if source.head[126:128] == b"IM" else "big"
     with source.path.open("rb") as file:
         file.seek(128)
         while len(tag := file.read(8)) == 8:
-            kind, rest = int.from_bytes(tag[:4], order), int.from_bytes(tag[4:], order)
-            if kind not in (14, 15) or rest > source.size - file.tell():
+            kind, size = int.from_bytes(tag[:4], order), int.from_bytes(tag[4:], order)
+            if kind not in (14, 15) or size > source.size - file.tell():
                 raise _damaged(source, ValueError(f"no variable at byte {file.tell() - 8}"))
-            if kind == 14:  # not compressed
-                if not _has_valid_tags(memoryview(file.read(rest)), order):
-                    raise _damaged(source, ValueError("a variable holds data of unknown type or size"))
-                continue
-            inflater = zlib.decompressobj()
-            while rest > 0 and (piece := file.read(min(rest, 1 << 16))):
-                rest -= len(piece)
+            data, inflater = file.read(size), zlib.decompressobj()
+            if kind == 15:
                 try:
-                    while piece:
-                        limit.add(len(inflater.decompress(piece, 1 << 20)))
-                        piece = inflater.unconsumed_tail
+                    pieces = [inflater.decompress(data, 1 << 20)]
+                    while inflater.unconsumed_tail:
+                        limit.add(len(pieces[-1]))
+                        pieces.append(inflater.decompress(inflater.unconsumed_tail, 1 << 20))
                 except zlib.error as error:
                     raise _damaged(source, error) from None
+                data = b"".join(pieces)[8:]  # without the tag of the variable
+            if not _has_valid_tags(memoryview(data), order):
+                raise _damaged(source, ValueError("a variable holds data of unknown type or size"))
 
 
 def _has_valid_tags(data: memoryview, order: Literal["little", "big"]) -> bool:
-    """Whether the elements of an uncompressed variable have known types, fit into it, and are as many as it says."""
+    """Whether the elements of a variable have known types, fit into it, and are as many and as large as it says."""
     place, elements = 0, []
     while place + 8 <= len(data):
         word, size = (int.from_bytes(data[place + k : place + k + 4], order) for k in (0, 4))
@@ -126,15 +128,28 @@ def _has_valid_tags(data: memoryview, order: Literal["little", "big"]) -> bool:
         if word >> 16:  # up to 4 bytes stand in the tag itself
             kind, size, begin = word & 0xFFFF, word >> 16, place + 4
         inner = data[begin : begin + size]
-        if kind not in range(1, 19) or len(inner) < size or (kind == 14 and not _has_valid_tags(inner, order)):
+        if kind not in ELEMENT_KINDS or len(inner) < size or (kind == 14 and not _has_valid_tags(inner, order)):
             return False
         elements.append((kind, inner))
         place = max(place + 8, begin + size + -(begin + size) % 8)
     if not elements or elements[0][0] != 6:
         return not elements
     flags = int.from_bytes(elements[0][1][:4], order)
-    is_array, is_complex = flags & 0xFF in (4, *range(6, 16)), flags >> 11 & 1
-    return not is_array or len(elements) == 4 + is_complex  # flags, size, name, values
+    code, is_complex = flags & 0xFF, flags >> 11 & 1
+    shape = elements[1][1] if elements[1:] else b""
+    n = math.prod(int.from_bytes(shape[k : k + 4], order) for k in range(0, len(shape), 4))
+    if code == 1:  # a cell array: flags, sizes, name, one element of each cell
+        return len(elements) == 3 + n
+    if code == 2:  # structures: two more elements with the names of the fields, then the fields of each
+        widths, names = (elements[k][1] if len(elements) > k else b"" for k in (3, 4))
+        width = int.from_bytes(widths, order)
+        return len(widths) == 4 and width > 0 and len(elements) == 5 + n * (len(names) // width)
+    if code == 4:  # text, of up to 4 bytes a character
+        return len(elements) == 4 and n <= len(elements[3][1]) <= 4 * n
+    if code not in range(6, 16):
+        return True
+    parts = elements[3:]  # after flags, sizes and name: values, and imaginary parts
+    return len(parts) == 1 + is_complex and all(len(one) == n * ITEM_BYTES.get(kind, 0) for kind, one in parts)
 
 
 def _damaged(source: ByteSource, error: Exception) -> RecordError:

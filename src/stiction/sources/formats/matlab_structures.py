@@ -34,7 +34,7 @@ def find_loops(path: str, fields: dict[str, Any]) -> Iterator[tuple[str, dict[st
         inner = f"{path}.{name}" if path else name
         if isinstance(value, dict):
             yield from find_loops(inner, value)
-        elif isinstance(value, (list, np.ndarray)) and len(np.shape(value)) == 1:
+        elif isinstance(value, (list, np.ndarray)) and np.ndim(value) == 1:
             for k, one in enumerate(value):
                 if isinstance(one, dict):
                     tags = [text for key, text in one.items() if key.lower() in TAG_NAMES and isinstance(text, str)]
@@ -44,7 +44,8 @@ def find_loops(path: str, fields: dict[str, Any]) -> Iterator[tuple[str, dict[st
 def _find_columns(fields: dict[str, Any]) -> dict[str, np.ndarray]:
     """Give the columns of a structure: vectors of one length, matrices with as many rows, or nothing."""
     lists = {name: texts for name, value in fields.items() if len(texts := _as_texts(value)) > 0}
-    arrays = {name: value for name, value in fields.items() if getattr(value, "dtype", np.dtype("O")).kind in "fiub"}
+    dense = {name: value for name, value in fields.items() if isinstance(value, (np.ndarray, np.generic))}
+    arrays = {name: value for name, value in dense.items() if value.dtype.kind in "fiub"}
     lengths = Counter(len(value) for value in arrays.values() if value.ndim == 1)
     n = max(lengths, key=lambda length: (lengths[length], length), default=0)
     columns: dict[str, np.ndarray] = {}
