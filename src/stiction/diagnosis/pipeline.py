@@ -20,7 +20,6 @@ from stiction.diagnosis.verdict.finding import is_backlash
 from stiction.diagnosis.verdict.model import log_odds, stiction_model
 from stiction.diagnosis.verdict.readings import compare_readings
 from stiction.errors import require_positive, require_probability
-from stiction.records.quality.movement import spike_share
 
 if TYPE_CHECKING:
     from stiction.diagnosis.segment import JudgedSegment
@@ -103,7 +102,7 @@ def _diagnose(segment: JudgedSegment, prior: float, costs: Costs, smallest_S: fl
     cause_features = compute_cause_features(
         CauseInput(
             segment.op, segment.pv, sp if sp is not None and np.isfinite(sp).all() else None, segment.dt,
-            segment.signals.op_step, segment.pv_step_share, spike_share(segment.pv), segment.oscillation,
+            segment.signals.op_step, segment.pv_step_share, segment.pv_spike_share, segment.oscillation,
             controller=fitted.controller, identification=fitted.by_pv, response=response,
             log_odds=log_odds(model.sum_up(contributions, DEFAULT_PRIOR)),
         )

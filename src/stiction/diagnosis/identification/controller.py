@@ -16,6 +16,7 @@ from stiction.diagnosis.identification.controller_forms import (
     best_form,
     energy_of,
     moves,
+    neighbour_correlation,
     positions,
 )
 from stiction.diagnosis.identification.result import ControllerFit
@@ -113,13 +114,13 @@ def fit_controller(segment: JudgedSegment) -> ControllerFit:
     exact = as_rounded or left <= EXACT
     trapezoid = 0.0 if exact else 0.5
     data.columns[1] -= trapezoid * record.dt * data.columns[0]
-    rho = _neighbours(full)
+    rho = neighbour_correlation(full)
     found, compared = best_form(data, moving, max(rho, 0.0), record.dt, exact), "moves of OP"
     # Where the moves leave no more than the rounding of computed numbers, their correlation says nothing.
     if left > COMPUTED and (rho < ROUNDED or found.share < ENOUGH or ("D" in found.form and not exact)):
         whole = positions(op, error, pv, valid, record.dt, trapezoid, moving)
         if whole.y.size >= FEWEST_ROWS and np.any(whole.y):
-            rho = min(max(_neighbours(whole.unexplained(moving)), 0.0), 0.99)
+            rho = min(max(neighbour_correlation(whole.unexplained(moving)), 0.0), 0.99)
             other = best_form(whole, moving, rho, record.dt, exact)
             if other.share > found.share:
                 found, compared, bumps = other, "OP itself", 0
@@ -233,9 +234,3 @@ def _stands_out(between: float, left: NDArray[np.float64], rounding: float) -> b
     """
     beyond = abs(energy_of(left) / left.size - rounding)
     return between > SMOOTHER * (beyond + STANDARD_ERRORS * math.sqrt(1.8 / left.size) * rounding)
-
-
-def _neighbours(x: NDArray[np.float64]) -> float:
-    """Correlation of neighbouring residuals [-]."""
-    energy = energy_of(x)
-    return float(np.einsum("i,i->", x[1:], x[:-1])) / energy if energy > 0.0 else 0.0

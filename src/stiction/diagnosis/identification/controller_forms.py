@@ -20,6 +20,7 @@ __all__ = [
     "best_form",
     "energy_of",
     "moves",
+    "neighbour_correlation",
     "positions",
 ]
 
@@ -96,6 +97,12 @@ class FormFit(NamedTuple):
 def energy_of(x: NDArray[np.float64]) -> float:
     """Sum of squares."""
     return float(np.einsum("i,i->", x, x))
+
+
+def neighbour_correlation(x: NDArray[np.float64]) -> float:
+    """Correlation of neighbouring residuals [-]."""
+    energy = energy_of(x)
+    return float(np.einsum("i,i->", x[1:], x[:-1])) / energy if energy > 0.0 else 0.0
 
 
 def moves(
