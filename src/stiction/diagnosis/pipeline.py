@@ -10,6 +10,7 @@ import numpy as np
 from stiction.diagnosis.detection import detect_all
 from stiction.diagnosis.identification.identify_record import fit_segment
 from stiction.diagnosis.identification.loop_response import fit_response
+from stiction.diagnosis.identification.regression import one_thread
 from stiction.diagnosis.segment import judge_segment
 from stiction.diagnosis.verdict.cause_features import CauseInput, compute_cause_features
 from stiction.diagnosis.verdict.causes import assess_causes, find_detectable_S
@@ -79,7 +80,9 @@ def diagnose(
     require_probability("prior", prior)
     smallest_S = require_positive("smallest_S", smallest_S, "% of span")
     segments = [judge_segment(record), *map(judge_segment, record.other_readings)]
-    return compare_readings([_diagnose(segment, prior, costs or Costs(), smallest_S, methods) for segment in segments])
+    with one_thread():
+        found = [_diagnose(segment, prior, costs or Costs(), smallest_S, methods) for segment in segments]
+    return compare_readings(found)
 
 
 def _diagnose(segment: JudgedSegment, prior: float, costs: Costs, smallest_S: float, methods: bool) -> Diagnosis:

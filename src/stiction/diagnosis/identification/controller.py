@@ -20,6 +20,7 @@ from stiction.diagnosis.identification.controller_forms import (
     positions,
 )
 from stiction.diagnosis.identification.result import ControllerFit
+from stiction.records.quality.quantisation import count_values
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -195,7 +196,7 @@ def at_limit(op: NDArray[np.float64]) -> NDArray[np.bool_]:
     rests = (length >= max(3.0, 3.0 * usual)) & ((value == value.max()) | (value == value.min()))
     out = np.isin(op, np.unique(value[rests])) if rests.any() else np.zeros(op.size, dtype=bool)
     # An OP of a few rounded values has rests, not limits.
-    return out if np.unique(op[~out]).size > 2 else np.zeros(op.size, dtype=bool)
+    return out if count_values(op[~out], 3) == 3 else np.zeros(op.size, dtype=bool)
 
 
 def _rounding(law: Mapping[int, float], dt: float, op_step: float, pv_step: float) -> float:
