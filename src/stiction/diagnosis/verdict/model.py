@@ -92,8 +92,7 @@ class TreeModel:
 
     def _parts(self, features: Mapping[str, float]) -> Iterable[tuple[str, float]]:
         """What each feature adds to the log odds [-], in the order of the features."""
-        known = {name: features.get(name, math.nan) for name in self.features}
-        parts = dict.fromkeys(self.features, 0.0)
+        known, parts = {k: features.get(k, math.nan) for k in self.features}, dict.fromkeys(self.features, 0.0)
         for tree in self.trees:
             node = tree[0]
             while node.feature:
@@ -133,8 +132,7 @@ class TreeModel:
     def _from_parts(self, parts: list[float], prior: float) -> float:
         """Probability [-] of parts that add up to the log odds; the largest first, so that their order is the same."""
         score = self.intercept + sum(sorted(parts, key=lambda part: -abs(part)))
-        shift = log_odds(prior) - log_odds(self.training_prior)
-        return logistic(score + shift)
+        return logistic(score + (log_odds(prior) - log_odds(self.training_prior)))
 
 
 def logistic(x: float) -> float:
