@@ -15,10 +15,7 @@ __all__ = ["require_file_path", "unwritable_error", "write_atomically", "write_f
 def require_file_path(target: Path) -> None:
     """Refuse the path of an output file that is a folder, or whose folder does not exist.
 
-    Raises
-    ------
-    RecordError
-        When nothing can be written there.
+    Raises RecordError when nothing can be written there.
     """
     if target.is_dir():
         raise RecordError("cannot be written, because it is a folder; give the name of a file.", where=target)
@@ -41,22 +38,8 @@ def unwritable_error(target: Path, error: OSError) -> RecordError:
 def write_atomically(text: str, path: str | os.PathLike[str]) -> Path:
     """Write `text` as UTF-8 to `path`: a reader sees the old file or the new one, never a part.
 
-    Parameters
-    ----------
-    text : str
-        Content.
-    path : path-like
-        File to write; its folder must exist.
-
-    Returns
-    -------
-    Path
-        The file written.
-
-    Raises
-    ------
-    RecordError
-        When the folder is missing or cannot be written to; nothing is left behind.
+    `path`: file to write; its folder must exist. Raises RecordError when the folder is missing or cannot be written to;
+    nothing is left behind.
     """
     target = Path(path)
     require_file_path(target)
@@ -76,15 +59,8 @@ def write_atomically(text: str, path: str | os.PathLike[str]) -> Path:
 def write_files(contents: dict[Path, bytes]) -> None:
     """Write new files, all of them or none; their folder is made if it does not exist.
 
-    Parameters
-    ----------
-    contents : dict of Path to bytes
-        Files, none of which exists, and what goes into them.
-
-    Raises
-    ------
-    RecordError
-        When a file cannot be written; nothing is left behind.
+    `contents`: files, none of which exists, and what goes into them. Raises RecordError when a file cannot be written;
+    nothing is left behind.
     """
     drafts: dict[Path, Path] = {}
     placed: list[Path] = []

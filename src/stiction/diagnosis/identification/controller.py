@@ -58,18 +58,9 @@ def fit_controller(segment: JudgedSegment) -> ControllerFit:
     The moves of OP from sample to sample are compared unless their residuals alternate, as those of a rounded OP
     do; then OP itself is compared. Gaps, samples in manual, at a limit of OP, and single bumps are left out.
 
-    Parameters
-    ----------
-    segment : JudgedSegment
-        The judged part of a record; without SP, a constant one is assumed.
+    `segment`: the judged part of a record; without SP, a constant one is assumed. Gives the controller and how much of
+    the OP it explains.
 
-    Returns
-    -------
-    ControllerFit
-        The controller and how much of the OP it explains.
-
-    Notes
-    -----
     Derived in ``docs/understand/controller.md``; tests compare with simulated controllers. A loop that swings as one
     sine is explained by any PI-like relation of OP and PV: ``explained`` proves no causality.
 
