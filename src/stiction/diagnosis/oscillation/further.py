@@ -73,13 +73,14 @@ def further_oscillations(
     known, found = [samples_per_period], []
     while len(found) < MOST and float(rest.var()) > LEAST_SHARE * total:
         candidates = [
-            (one.power, around)
-            for around, one in octaves(rest)
+            (one.power, around, one if all_samples else None)
+            for around, one, all_samples in octaves(rest)
             if one.regular and one.height > MAJORITY and not _belongs(one, known)
         ]
         if not candidates:
             break
-        best = octave(rest, max(candidates)[1])
+        _, around, exact = max(candidates, key=lambda one: one[:2])
+        best = exact or octave(rest, around)
         if not best.period > 0.0:
             break
         wave = cycle_average(rest, best.period)
