@@ -9,7 +9,7 @@ from pathlib import Path
 
 from stiction.errors import RecordError
 
-__all__ = ["require_file_path", "unwritable_error", "write_atomically", "write_files"]
+__all__ = ["require_file_path", "require_new_file", "unwritable_error", "write_atomically", "write_files"]
 
 
 def require_file_path(target: Path) -> None:
@@ -24,6 +24,22 @@ def require_file_path(target: Path) -> None:
             f"cannot be written, because there is no folder {target.parent}; create it, or give another file.",
             where=target,
         )
+
+
+def require_new_file(path: str | os.PathLike[str], *, folder: bool = True) -> Path:
+    """Return the path of an output file that does not exist yet; with `folder` its folder must exist.
+
+    Raises
+    ------
+    RecordError
+        When the file exists, or nothing can be written there.
+    """
+    target = Path(path).expanduser()
+    if target.exists():
+        raise RecordError("exists and is not replaced", remedy="remove it, or give another path", where=target)
+    if folder:
+        require_file_path(target)
+    return target
 
 
 def unwritable_error(target: Path, error: OSError) -> RecordError:
