@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import re
 import sys
 from dataclasses import dataclass, field
 from functools import partial
@@ -13,7 +14,6 @@ from typing import TYPE_CHECKING, BinaryIO
 from stiction.errors import RecordError
 from stiction.scratch import ScratchFolder, inflated_once
 from stiction.sources.compression import ByteLimit, inflate
-from stiction.sources.refused_kinds import refuse_kind
 from stiction.sources.table import Origin
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from stiction.sources.options import ReadOptions
 
-__all__ = ["HEAD_BYTES", "ByteSource", "open_sources"]
+__all__ = ["HEAD_BYTES", "ByteSource", "open_sources", "refuse_kind"]
 
 HEAD_BYTES = 65_536
 """Bytes by which a format is recognised."""
@@ -54,16 +54,7 @@ class ByteSource:
 
 
 def open_sources(path: str | os.PathLike[str] | BinaryIO, options: ReadOptions) -> list[ByteSource]:
-    """Open a path, "-" (standard input) or a binary file, decompressed; a zip archive gives several sources.
-
-    Examples
-    --------
-    >>> import gzip, io
-    >>> from stiction.sources.options import ReadOptions
-    >>> [source] = open_sources(io.BytesIO(gzip.compress(b"time,PV,OP")), ReadOptions())
-    >>> source.origin.name, source.size, source.head
-    ('stream', 10, b'time,PV,OP')
-    """
+    """Open a path, "-" (standard input) or a binary file, decompressed; a zip archive gives several sources."""
     scratch = ScratchFolder()
     try:
         sources = list(_decompress(_store(path, options.max_bytes, scratch)))
@@ -186,3 +177,41 @@ def _decompress(source: ByteSource, *, is_member: bool = False) -> Iterator[Byte
 def _read_head(path: Path) -> bytes:
     with open(path, "rb") as file:
         return file.read(HEAD_BYTES)
+
+
+_REFUSED = {
+    b"%PDF": ("a PDF document", "export the trend as CSV"),
+    **dict.fromkeys((b"\x7fELF", b"MZ\x90\x00", b"\xcf\xfa\xed\xfe"), ("a program", "give the data file")),
+    **dict.fromkeys(
+        (b"\x89PNG", b"\xff\xd8\xff", b"GIF8", b"II*\x00", b"MM\x00*"),
+        ("a picture", "export the numbers of the trend as CSV"),
+    ),
+    b"\x93NUMPY": ("a NumPy array", "save it with column names as CSV or Parquet"),
+    b"SQLite format 3\x00": ("an SQLite database", "give its URL, sqlite:///FILE, and a table or a query"),
+    **dict.fromkeys(
+        (b"7z\xbc\xaf\x27\x1c", b"Rar!", b"BZh91AY&SY", b"\xfd7zXZ"),
+        ("an archive of a kind that cannot be read", "unpack it first"),
+    ),
+}
+"""First bytes -> what holds no records, and the remedy."""
+MIN_ZEROS = 65_536
+"""Zeros at the beginning of a file that is refused [bytes]."""
+_LINE_PROTOCOL = re.compile(rb"[\w./-]+(?:,[\w./-]+=[^\s,=]+)* [\w./-]+=[^\s,=]+(?:,[\w./-]+=[^\s,=]+)* \d{10,19}\s*")
+_HTML = (b"<!doctype html", b"<html")
+
+
+def refuse_kind(name: str, head: bytes) -> None:
+    """Refuse by its first bytes what holds no records, before the rest of a long stream is read."""
+    kind = next((kind for start, kind in _REFUSED.items() if head.startswith(start)), None)
+    if head[:2] in (b"\x80\x02", b"\x80\x03", b"\x80\x04", b"\x80\x05"):
+        kind = "a Python pickle, which may run code when it is read", "save the frame as CSV or Parquet"
+    elif head[257:262] == b"ustar":
+        kind = "a tar archive", "unpack it first"
+    elif all(map(_LINE_PROTOCOL.fullmatch, head.split(b"\n", 3)[:2])):
+        kind = "InfluxDB line protocol", "export it as CSV (influx query --raw)"
+    elif head[:64].lstrip().lower().startswith(_HTML):
+        kind = "an HTML page", "open it in a spreadsheet program and save it as CSV or xlsx"
+    elif len(head) >= MIN_ZEROS and not head.strip(b"\0"):
+        kind = "binary and begins with zeros only", "export the loop as CSV"
+    if kind:
+        raise RecordError(f"is {kind[0]}; {kind[1]}.", where=name)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import polars as pl
+
 from stiction.errors import RecordError
 from stiction.sources.typed_table import damage_refused, typed_table
 
@@ -25,8 +27,6 @@ def recognises(head: bytes, name: str) -> bool:
 
 def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
     """Read an Arrow file or stream as one table."""
-    import polars as pl
-
     name = source.origin.name
     if source.head.startswith(b"FEA1"):
         raise RecordError("is a Feather file of version 1, which cannot be read; save it as Parquet.", where=name)

@@ -8,6 +8,8 @@ from dataclasses import replace
 from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
+import polars as pl
+
 from stiction.errors import ParameterError, RecordError
 from stiction.sources.formats.table_rows import table_from_rows
 from stiction.sources.formats.workbook_checks import (
@@ -22,8 +24,6 @@ from stiction.sources.typed_table import make_series
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-    import polars as pl
 
     from stiction.sources.byte_source import ByteSource
     from stiction.sources.options import ReadOptions
@@ -96,8 +96,6 @@ def _make_table(
     table.first_line = lines[first]
 
     def read_columns(positions: Sequence[int]) -> pl.DataFrame:
-        import polars as pl
-
         return pl.DataFrame({str(k): _make_column([row[k] for row in rows[first:]]) for k in positions})
 
     table.reader = read_columns
@@ -122,8 +120,6 @@ def _rows_of(sheet: Any, source: ByteSource) -> tuple[list[list[Any]], list[int]
 
 def _make_column(cells: list[Any]) -> pl.Series:
     """Make a column of the cells of a sheet: numbers, times, durations or text."""
-    import polars as pl
-
     kinds = {type(cell) for cell in cells if cell != ""}
     if kinds <= {dt.datetime, dt.date}:  # midnight comes as a date
         return pl.Series([_as_datetime(cell) for cell in cells], dtype=pl.Datetime("us"))

@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
+import polars as pl
 
 from stiction.errors import MissingExtraError, RecordError
 from stiction.sources.compression import ByteLimit
@@ -14,8 +15,6 @@ from stiction.sources.table import Origin
 from stiction.sources.typed_table import make_series, typed_table
 
 if TYPE_CHECKING:
-    import polars as pl
-
     from stiction.sources.byte_source import ByteSource
     from stiction.sources.options import ReadOptions
     from stiction.sources.table import RawTable
@@ -159,8 +158,6 @@ def _damaged(source: ByteSource, error: Exception) -> RecordError:
 
 def _make_table(origin: Origin, path: str, columns: dict[str, np.ndarray]) -> RawTable:
     """Make the table of one loop."""
-    import polars as pl
-
     series = {}
     notes = []
     for name, values in columns.items():
@@ -175,8 +172,6 @@ def _make_table(origin: Origin, path: str, columns: dict[str, np.ndarray]) -> Ra
 
 
 def _make_column(values: np.ndarray) -> pl.Series:
-    import polars as pl
-
     if values.dtype.kind in "fiub":
         return pl.Series(np.ascontiguousarray(values, values.dtype.newbyteorder("=")))
     return make_series([str(cell).strip() for cell in values])

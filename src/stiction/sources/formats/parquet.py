@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import polars as pl
+
 from stiction.sources.typed_table import damage_refused, typed_table
 
 if TYPE_CHECKING:
@@ -25,8 +27,6 @@ def recognises(head: bytes, name: str) -> bool:  # noqa: ARG001
 
 def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
     """Read a Parquet file as one table with its types; of its columns only those asked for."""
-    import polars as pl
-
     origin = source.origin if source.size <= MAX_DIGEST_BYTES else replace(source.origin, digest=None)
     with damage_refused(origin.name):
         metadata = {key: value for key, value in pl.read_parquet_metadata(source.path).items() if key != "ARROW:schema"}

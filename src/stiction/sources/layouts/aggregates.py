@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import polars as pl
+
 from stiction.errors import RecordError
 from stiction.sources.layouts.headings import parse_role, table_headings
 from stiction.sources.layouts.long_table import find_long_columns
@@ -14,8 +16,6 @@ from stiction.sources.values.numeric_cells import parse_numbers
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-    import polars as pl
 
     from stiction.sources.options import ReadOptions
     from stiction.sources.table import RawTable
@@ -60,8 +60,6 @@ def take_averages(table: RawTable, options: ReadOptions) -> RawTable:
     left = f"; not used: {', '.join(dropped[:9])}{' ...' if dropped[9:] else ''}" if dropped else ""
 
     def read(positions: Sequence[int]) -> pl.DataFrame:
-        import polars as pl
-
         wanted = sorted({k for position in positions for k in sources[position]})
         frame = dict(zip(wanted, table.reader(wanted).get_columns(), strict=True))
         columns = [_middle([frame[k] for k in sources[position]], table.decimal) for position in positions]
@@ -88,8 +86,6 @@ def _source(kinds: dict[str, int]) -> tuple[int, ...]:
 
 def _middle(columns: list[pl.Series], decimal: str) -> pl.Series:
     """Give one column, or the middle of two."""
-    import polars as pl
-
     if len(columns) == 1:
         return columns[0]
     low, high = (parse_numbers(column, decimal).values for column in columns)
@@ -98,8 +94,6 @@ def _middle(columns: list[pl.Series], decimal: str) -> pl.Series:
 
 def _average_rows(table: RawTable) -> RawTable:
     """Keep the rows of averages where a column of a long table names the aggregate of each row."""
-    import polars as pl
-
     names = table_headings(table).names
     width = table.width if table.width <= 40 else 0
     places = [i for i in range(width) if _are_aggregates(table.sample_column(i))]

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
+import polars as pl
 
 from stiction.display.number_format import count_noun
 from stiction.sources.roles.column_names import HeaderNames, header_names, is_unit, parse_column_name, role_of
@@ -26,7 +27,6 @@ from stiction.sources.values.units import to_one_unit
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
-    import polars as pl
     from numpy.typing import NDArray
 
     from stiction.sources.options import ReadOptions
@@ -135,8 +135,6 @@ def _first_rows(table: RawTable) -> RawTable:
     """The first rows of a table, as text."""
 
     def read(positions: Sequence[int]) -> pl.DataFrame:
-        import polars as pl
-
         cells = [[row[i] if i < len(row) else "" for row in table.sample] for i in positions]
         return pl.DataFrame({f"{i}": column for i, column in zip(positions, cells, strict=True)}, schema=None)
 
@@ -191,8 +189,6 @@ def pick_rows(column: TagColumn, rows: Rows, clock: Clock | None, **changes: Any
 
 def convert_units(column: TagColumn, units: pl.Series) -> None:
     """Convert the cells of a column, whose unit changes from row to row, to the unit of most of its rows."""
-    import polars as pl
-
     table, where = column.table, f"{column.table.origin.name}, column {column_label(column)}"
     texts = units.cast(pl.String).fill_null("").str.strip_chars()
     names = texts.unique(maintain_order=True).to_list()

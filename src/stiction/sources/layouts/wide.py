@@ -6,6 +6,7 @@ from operator import and_
 from typing import TYPE_CHECKING
 
 import numpy as np
+import polars as pl
 
 from stiction.errors import RecordError, Setting
 from stiction.records.quality.compression import is_stored_on_change
@@ -24,8 +25,6 @@ from stiction.sources.values.numeric_cells import parse_numbers
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-    import polars as pl
 
     from stiction.sources.options import ReadOptions
     from stiction.sources.table import RawTable, TagColumn
@@ -121,8 +120,6 @@ def _is_sparse(
 
 def _written_mask(cells: pl.Series) -> pl.Series:
     """Mark the cells that hold something."""
-    import polars as pl
-
     if cells.dtype != pl.String:
         return cells.is_not_null()
     return cells.is_not_null() & ~cells.str.strip_chars().str.to_uppercase().is_in(list(MISSING_WORDS))

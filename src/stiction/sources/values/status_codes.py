@@ -6,11 +6,11 @@ from collections import Counter
 from typing import TYPE_CHECKING
 
 import numpy as np
+import polars as pl
 
 from stiction.sources.roles.vocabulary import MISSING_WORDS, MODES
 
 if TYPE_CHECKING:
-    import polars as pl
     from numpy.typing import NDArray
 
 __all__ = ["automatic_mask", "read_codes"]
@@ -18,8 +18,6 @@ __all__ = ["automatic_mask", "read_codes"]
 
 def read_codes(cells: pl.Series) -> tuple[pl.Series, Counter[str]]:
     """Give texts or numbers as codes in capitals, and the rows that have each."""
-    import polars as pl
-
     codes = cells.cast(pl.String, strict=False).fill_null("").str.strip_chars().str.to_uppercase()
     return codes, Counter(dict(codes.value_counts().iter_rows()))
 
