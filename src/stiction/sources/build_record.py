@@ -20,8 +20,8 @@ from stiction.sources.time.align import TagSeries, align_tags
 from stiction.sources.time.grid import Grid, regular_grid
 from stiction.sources.time.time_columns import missing_time_error
 from stiction.sources.values.bad_values import find_bad_values
+from stiction.sources.values.quality_codes import automatic_mask
 from stiction.sources.values.span import op_to_percent, position_to_percent
-from stiction.sources.values.status_codes import automatic_mask
 
 if TYPE_CHECKING:
     from datetime import datetime

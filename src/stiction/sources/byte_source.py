@@ -1,4 +1,4 @@
-"""Bytes of a source: a path, standard input or an open binary file, as a file on disk that a format can parse."""
+"""The files of a source: a path, folder, pattern, stream or a list of these, each as a file that a format can parse."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ import re
 import sys
 from dataclasses import dataclass, field
 from functools import partial
+from glob import glob, has_magic
 from pathlib import Path
-from typing import TYPE_CHECKING, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 from stiction.errors import RecordError
 from stiction.scratch import ScratchFolder, inflated_once
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 
     from stiction.sources.options import ReadOptions
 
-__all__ = ["HEAD_BYTES", "ByteSource", "open_sources", "refuse_kind"]
+__all__ = ["HEAD_BYTES", "ByteSource", "list_files", "list_paths", "open_files", "open_sources", "source_name"]
 
 HEAD_BYTES = 65_536
 """Bytes by which a format is recognised."""
@@ -29,6 +30,8 @@ CHUNK_BYTES = 1 << 20
 MAX_DIGEST_BYTES = 256_000_000
 """Size of a file above which no digest is made [bytes]."""
 
+COLUMNAR = (b"PAR1", b"ARROW1")
+"""First bytes of files of which only the columns of a loop are read, whatever their size."""
 _BLANK = b" \t\r\n\0\xef\xbb\xbf\xff\xfe"
 
 
@@ -86,10 +89,13 @@ def _store(path: str | os.PathLike[str] | BinaryIO, max_bytes: int, scratch: Scr
 def _check_file(file: BinaryIO, name: str, max_bytes: int) -> int:
     """Give the size of a file on disk, and refuse one that is too large or holds only blanks."""
     size = os.fstat(file.fileno()).st_size
-    ByteLimit(name, max_bytes).add(size)
-    while chunk := file.read(HEAD_BYTES):
+    chunk = file.read(HEAD_BYTES)
+    if not chunk.startswith(COLUMNAR):
+        ByteLimit(name, max_bytes).add(size)
+    while chunk:
         if chunk.strip(_BLANK):
             return size
+        chunk = file.read(HEAD_BYTES)
     raise _empty(name)
 
 
@@ -215,3 +221,49 @@ def refuse_kind(name: str, head: bytes) -> None:
         kind = "binary and begins with zeros only", "export the loop as CSV"
     if kind:
         raise RecordError(f"is {kind[0]}; {kind[1]}.", where=name)
+
+
+def open_files(source: Any, options: ReadOptions) -> list[ByteSource]:
+    """Open a path, folder, pattern, "-", binary file, or list of these; an archive gives several files."""
+    return [one for path in list_paths(source) for one in open_sources(path, options)]
+
+
+def list_paths(source: Any) -> list[Any]:
+    """List the files of a path, folder, pattern, "-", binary file, or list of these."""
+    paths: list[Any] = []
+    for part in source if isinstance(source, (list, tuple)) else [source]:
+        paths += list_files(part) if isinstance(part, (str, os.PathLike)) and part != "-" else [part]
+    if not paths:
+        raise RecordError("the list of files is empty; give one or more.")
+    return paths
+
+
+def source_name(path: Any) -> str:
+    """Name of a path or stream, for messages."""
+    return os.fspath(path) if isinstance(path, (str, os.PathLike)) else str(getattr(path, "name", "stream"))
+
+
+def list_files(source: str | os.PathLike[str], *, subfolders: bool = False) -> list[str]:
+    """List the files of a path, a folder or a pattern; hidden ones are left out.
+
+    Raises
+    ------
+    RecordError
+        When the folder or the pattern has none.
+    """
+    text = os.fspath(source)
+    if os.path.isdir(text):
+        inside = Path(text).rglob("*") if subfolders else Path(text).iterdir()
+        files = sorted(
+            str(path) for path in inside
+            if path.is_file() and not any(name.startswith(".") for name in path.relative_to(text).parts)
+        )  # fmt: skip
+        if not files:
+            raise RecordError("is a folder without files; give the folder that contains the exports.", where=text)
+        return files
+    if has_magic(text) and not os.path.exists(text):
+        files = sorted(path for path in glob(text, recursive=True) if os.path.isfile(path))
+        if not files:
+            raise RecordError("no file matches this pattern; check the folder and the spelling.", where=text)
+        return files
+    return [text]

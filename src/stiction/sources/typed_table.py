@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import polars as pl
 
 from stiction.errors import RecordError, Setting
+from stiction.foreign_errors import damaged
 from stiction.sources.table import SNIFF_ROWS, Origin, RawTable
 
 if TYPE_CHECKING:
@@ -93,8 +94,7 @@ def damage_refused(name: str) -> Iterator[None]:
     except RecordError:
         raise
     except (PolarsError, PanicException, OSError, ValueError, OverflowError) as error:
-        text = " ".join(str(error).split())[:200].rstrip(".")
-        raise RecordError(f"is damaged ({text}); copy or export it again.", where=name) from None
+        raise damaged(name, error) from None
 
 
 def make_series(cells: Sequence[Any]) -> pl.Series:

@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Any
 import polars as pl
 
 from stiction.errors import ParameterError, RecordError
+from stiction.foreign_errors import damaged
 from stiction.sources.formats.table_rows import table_from_rows
 from stiction.sources.formats.workbook_checks import (
     OLE_START,
-    damaged_workbook,
+    REMEDY,
     require_area,
     require_size,
     require_survivable,
@@ -75,7 +76,7 @@ def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
             raise
         if b"E\0n\0c\0r\0y\0p\0t\0e\0d\0P\0a\0c\0k\0a\0g\0e" in source.path.read_bytes():
             raise RecordError("is encrypted; save it without a password.", where=name) from None
-        raise damaged_workbook(name, error) from None
+        raise damaged(name, error, REMEDY) from None
     tables = [table for sheet in sheets if (table := _make_table(source.origin, *sheet, options)) is not None]
     if not tables:
         raise RecordError("no sheet contains a table of numbers; write one row per time, with a header.", where=name)

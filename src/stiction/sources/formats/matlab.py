@@ -3,24 +3,91 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import polars as pl
 
 from stiction.errors import MissingExtraError, RecordError
+from stiction.foreign_errors import damaged
 from stiction.sources.compression import ByteLimit
-from stiction.sources.formats.matlab_structures import TIME_NAMES, find_loops
 from stiction.sources.table import Origin
 from stiction.sources.typed_table import make_series, typed_table
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from stiction.sources.byte_source import ByteSource
     from stiction.sources.options import ReadOptions
     from stiction.sources.table import RawTable
 
-__all__ = ["read", "recognises"]
+__all__ = ["TIME_NAMES", "find_loops", "read", "recognises"]
 
+SAMPLE_TIME_NAMES = ("ts", "dt", "tsample", "sampletime", "sample_time", "samplingtime", "sampling_time", "h")
+"""Names of a single number that is the sampling period [s]."""
+TIME_NAMES = ("t", "time", "times", "timestamp", "timestamps", "datetime", "date", "datenum", "tout")
+TAG_NAMES = ("tag", "tagname", "name", "loop", "loopname")
+SET_POINT_NAMES = ("sp", "setpoint", "set_point")
+"""Names of a set point, of which a single number stands for all samples."""
+HEADING_NAMES = ("names", "colheaders", "headers", "header", "columns", "tags", "varnames", "labels")
+"""Names of a list of texts that are the headings of a matrix."""
+
+
+def find_loops(path: str, fields: dict[str, Any]) -> Iterator[tuple[str, dict[str, np.ndarray]]]:
+    """Find the structures that hold vectors of one length, the outermost first: path and columns of each.
+
+    A single number `Ts` gives a column ``time_s`` where there is no time; a set point that is a single number stands
+    for all samples.
+    """
+    if columns := _find_columns(fields):
+        yield path, columns
+    for name, value in fields.items():
+        inner = f"{path}.{name}" if path else name
+        if isinstance(value, dict):
+            yield from find_loops(inner, value)
+        elif isinstance(value, (list, np.ndarray)) and np.ndim(value) == 1:
+            for k, one in enumerate(value):
+                if isinstance(one, dict):
+                    tags = [text for key, text in one.items() if key.lower() in TAG_NAMES and isinstance(text, str)]
+                    yield from find_loops(tags[0] if tags else f"{inner}({k + 1})", one)
+
+
+def _find_columns(fields: dict[str, Any]) -> dict[str, np.ndarray]:
+    """Give the columns of a structure: vectors of one length, matrices with as many rows, or nothing."""
+    lists = {name: texts for name, value in fields.items() if len(texts := _as_texts(value)) > 0}
+    dense = {name: value for name, value in fields.items() if isinstance(value, (np.ndarray, np.generic))}
+    arrays = {name: value for name, value in dense.items() if value.dtype.kind in "fiub"}
+    lengths = Counter(len(value) for value in arrays.values() if value.ndim == 1)
+    n = max(lengths, key=lambda length: (lengths[length], length), default=0)
+    columns: dict[str, np.ndarray] = {}
+    if lengths[n] > 1 and n > 1:
+        columns = {name: value for name, value in (lists | arrays).items() if value.ndim == 1 and len(value) == n}
+        columns = {name: columns[name] for name in fields if name in columns}
+    for name, matrix in arrays.items():
+        if matrix.ndim == 2 and (not columns or len(matrix) == n):
+            n, width = matrix.shape
+            headings = [texts for key, texts in lists.items() if key.lower() in HEADING_NAMES and len(texts) == width]
+            names = headings[0].tolist() if headings else [f"{name}({k + 1})" for k in range(width)]
+            columns |= {heading: matrix[:, k] for k, heading in enumerate(names)}
+    numbers = {name: float(value) for name, value in fields.items() if isinstance(value, (int, float))}
+    known = {name.lower() for name in columns}
+    period = next((numbers[name] for name in numbers if name.lower() in SAMPLE_TIME_NAMES), None)
+    if columns and period and not known & set(TIME_NAMES):
+        columns = {"time_s": np.arange(n) * period, **columns}
+    if columns and not known & set(SET_POINT_NAMES):
+        columns |= {name: np.full(n, numbers[name]) for name in numbers if name.lower() in SET_POINT_NAMES}
+    return columns
+
+
+def _as_texts(value: Any) -> np.ndarray:
+    """Give a list of texts as an array; empty when it is none."""
+    cells = value.tolist() if isinstance(value, np.ndarray) and value.ndim == 1 else value
+    is_list = isinstance(cells, list) and all(isinstance(cell, str) for cell in cells)
+    return np.array(cells if is_list else [], dtype=object)
+
+
+REMEDY = "save it again in MATLAB"
 HDF5_START = b"\x89HDF\r\n\x1a\n"
 ITEM_BYTES = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8, 16: 1, 17: 2, 18: 4}
 """Bytes of an item of each type of number or text in a v5 file (MAT-File Format, table 1-1)."""
@@ -67,7 +134,7 @@ def _load(source: ByteSource) -> dict[str, Any]:
     try:
         stored = loadmat(source.path, simplify_cells=True)
     except Exception as error:  # scipy raises many kinds on damaged files, even UnboundLocalError
-        raise _damaged(source, error) from None
+        raise damaged(source.origin.name, error, REMEDY) from None
     return {key: value for key, value in stored.items() if not key.startswith("__")}
 
 
@@ -89,7 +156,7 @@ def _load_hdf5(source: ByteSource) -> dict[str, Any]:
     except RecordError:
         raise
     except (OSError, LookupError, ValueError, RuntimeError, TypeError, OverflowError) as error:
-        raise _damaged(source, error) from None
+        raise damaged(source.origin.name, error, REMEDY) from None
 
 
 def _require_sound(source: ByteSource) -> None:
@@ -103,7 +170,7 @@ def _require_sound(source: ByteSource) -> None:
         while len(tag := file.read(8)) == 8:
             kind, size = int.from_bytes(tag[:4], order), int.from_bytes(tag[4:], order)
             if kind not in (14, 15) or size > source.size - file.tell():
-                raise _damaged(source, ValueError(f"no variable at byte {file.tell() - 8}"))
+                raise damaged(source.origin.name, ValueError(f"no variable at byte {file.tell() - 8}"), REMEDY)
             data, inflater = file.read(size), zlib.decompressobj()
             if kind == 15:
                 try:
@@ -112,10 +179,10 @@ def _require_sound(source: ByteSource) -> None:
                         limit.add(len(pieces[-1]))
                         pieces.append(inflater.decompress(inflater.unconsumed_tail, 1 << 20))
                 except zlib.error as error:
-                    raise _damaged(source, error) from None
+                    raise damaged(source.origin.name, error, REMEDY) from None
                 data = b"".join(pieces)[8:]  # without the tag of the variable
             if not _has_valid_tags(memoryview(data), order):
-                raise _damaged(source, ValueError("a variable holds data of unknown type or size"))
+                raise damaged(source.origin.name, ValueError("a variable holds data of unknown type or size"), REMEDY)
 
 
 def _has_valid_tags(data: memoryview, order: Literal["little", "big"]) -> bool:
@@ -149,11 +216,6 @@ def _has_valid_tags(data: memoryview, order: Literal["little", "big"]) -> bool:
         return True
     parts = elements[3:]  # after flags, sizes and name: values, and imaginary parts
     return len(parts) == 1 + is_complex and all(len(one) == n * ITEM_BYTES.get(kind, 0) for kind, one in parts)
-
-
-def _damaged(source: ByteSource, error: Exception) -> RecordError:
-    text = " ".join(str(error).split())[:200].rstrip(".") or type(error).__name__
-    return RecordError(f"is damaged ({text}); save it again in MATLAB.", where=source.origin.name)
 
 
 def _make_table(origin: Origin, path: str, columns: dict[str, np.ndarray]) -> RawTable:
