@@ -27,7 +27,7 @@ PAIRS_AT_ONCE = 512
 """Pairs that are shifted at the same time [-]: a thousand loops have 20 000 pairs, and each needs its envelopes."""
 INDEPENDENT_SHARE = 0.9
 """Independent windows over all windows, which overlap by half [-]."""
-INDEPENDENT_CHANGES = 0.6
+INDEPENDENT_CHANGES = 0.7
 """Independent changes over all changes of an envelope [-]; neighbours share a window."""
 
 

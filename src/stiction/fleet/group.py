@@ -87,12 +87,12 @@ class Group(ResultDisplay, kind="group"):
     """Loops of the group, the most likely source first."""
     perhaps_also: tuple[str, ...]
     """Tags of loops that cohere with the group but are not regular themselves."""
-    similar: tuple[str, ...]
-    """Tags of other loops with a similar period; a connection with the group is not shown."""
     roots: tuple[RootCandidate, ...]
     """All members as source, the likeliest first."""
     floor: float = field(metadata=FOUR_DECIMALS)
     """Coherence from which two loops counted as related [-]."""
+    similar: tuple[str, ...] = ()
+    """Tags of other loops with a similar period; a connection with the group is not shown."""
 
     @property
     def tags(self) -> tuple[str, ...]:

@@ -35,6 +35,9 @@ __all__ = ["FoundGroup", "GroupSearch", "OscillationRow", "search_groups", "sign
 MAX_MERGED = 0.4
 """Difference of the logarithms of two periods up to which groups are compared [-]."""
 
+GROWTH_QUANTILE = 0.95
+"""Quantile of the coherence of unrelated changes that a loop must exceed to join a group that is there [-]."""
+
 MIN_WINDOWS = 4
 """Windows of the envelopes below which loops are not compared [-]: 7.5 periods."""
 
@@ -93,11 +96,11 @@ class GroupSearch:
         """Quantile that of all loops near a period [s] less than one exceeds by chance on average [-]."""
         return max(0.95, 1.0 - 0.5 / max(1, len(self.near(period, 2.0 * bin_width))))
 
-    def related(self, chosen: Sequence[int], period: float, bin_width: float) -> list[list[int]]:
+    def related(self, chosen: Sequence[int], period: float, quantile: float) -> list[list[int]]:
         """Sets of the chosen rows whose oscillations change together, or whose loops are connected."""
         changes = changes_of(self.envelopes(chosen, period))
         loops = [self.rows[k].loop for k in chosen]
-        found = related_loops(changes, self.quantile(period, bin_width), self.linked[np.ix_(loops, loops)])
+        found = related_loops(changes, quantile, self.linked[np.ix_(loops, loops)])
         return [[chosen[k] for k in each] for each in found]
 
 
@@ -119,7 +122,7 @@ def search_groups(search: GroupSearch, bin_width: float) -> list[FoundGroup]:
     found: list[FoundGroup] = []
     for period, cluster, floor in _clusters(search, bin_width):
         left = [k for k in cluster if k not in search.used]
-        for chosen in search.related(left, period, bin_width) if len(left) > 1 else ():
+        for chosen in search.related(left, period, search.quantile(period, bin_width)) if len(left) > 1 else ():
             if len({search.rows[k].loop for k in chosen}) < 2:
                 continue
             members, perhaps = _grow(search, period, chosen, floor, bin_width)
@@ -167,7 +170,7 @@ def _grow(
         coherence = np.abs(envelopes[len(chosen) :] @ common.conj())
         coherent = [k for k, each in zip(near, coherence, strict=True) if each >= floor]
         first = set(chosen)
-        related = [sets[0] for k in coherent if (sets := search.related([*chosen, k], period, bin_width))]
+        related = [sets[0] for k in coherent if (sets := search.related([*chosen, k], period, GROWTH_QUANTILE))]
         for k in (k for one in related for k in one if k not in first):
             if rows[k].loop not in loops:
                 loops.add(rows[k].loop)

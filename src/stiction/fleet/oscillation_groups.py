@@ -183,4 +183,4 @@ def _make_group(
     order = {root.tag: k for k, root in enumerate(roots)}
     members.sort(key=lambda member: order[member.tag])
     perhaps = tuple(means[rows[k].loop].tag for k in found.perhaps)
-    return Group(period, tuple(members), perhaps, similar, roots, found.floor)
+    return Group(period, tuple(members), perhaps, roots, found.floor, similar)

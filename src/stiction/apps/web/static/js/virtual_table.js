@@ -23,7 +23,8 @@ export function virtualTable({ columns, label, open, shown = () => {}, resorted 
   const buttons = new Map();
   const head = h("tr", {}, columns.map((column) => {
     const button = column.isPicture ? column.label : h("button", { class: "sort", type: "button", title: column.hint ?? null, onclick: () => sortBy(column.name) }, column.label);
-    const cell = h("th", { scope: "col", class: column.number ? "number" : null, role: "columnheader", style: column.width ? `width: ${column.width}` : null }, button);
+    const cell = h("th", { scope: "col", class: column.number ? "number" : null, role: "columnheader" }, button);
+    cell.style.width = column.width ?? "";
     if (!column.isPicture) buttons.set(column.name, cell);
     return cell;
   }));
