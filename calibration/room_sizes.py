@@ -20,6 +20,7 @@ LIMITS = {
     "diagnosis": {"code": 5300, "lines": 9400, "numbers": 260},
     "diagnosis/identification": {"code": 2600, "files": 24},
     "diagnosis/verdict": {"code": 900},
+    "export": {"code": 1200},
 }
 """Largest allowed size of each room: a tenth above what it was when the limit was set."""
 ADVICE = """A limit is reached. In this order:

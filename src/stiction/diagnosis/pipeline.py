@@ -10,6 +10,7 @@ import numpy as np
 from stiction.diagnosis.detection import detect_all
 from stiction.diagnosis.identification.identify_record import fit_segment
 from stiction.diagnosis.identification.loop_response import fit_response
+from stiction.diagnosis.identification.regression import one_thread
 from stiction.diagnosis.segment import judge_segment
 from stiction.diagnosis.verdict.cause_features import CauseInput, compute_cause_features
 from stiction.diagnosis.verdict.causes import assess_causes, find_detectable_S
@@ -20,7 +21,6 @@ from stiction.diagnosis.verdict.finding import is_backlash
 from stiction.diagnosis.verdict.model import log_odds, stiction_model
 from stiction.diagnosis.verdict.readings import compare_readings
 from stiction.errors import require_positive, require_probability
-from stiction.records.quality.movement import spike_share
 
 if TYPE_CHECKING:
     from stiction.diagnosis.segment import JudgedSegment
@@ -80,7 +80,9 @@ def diagnose(
     require_probability("prior", prior)
     smallest_S = require_positive("smallest_S", smallest_S, "% of span")
     segments = [judge_segment(record), *map(judge_segment, record.other_readings)]
-    return compare_readings([_diagnose(segment, prior, costs or Costs(), smallest_S, methods) for segment in segments])
+    with one_thread():
+        found = [_diagnose(segment, prior, costs or Costs(), smallest_S, methods) for segment in segments]
+    return compare_readings(found)
 
 
 def _diagnose(segment: JudgedSegment, prior: float, costs: Costs, smallest_S: float, methods: bool) -> Diagnosis:
@@ -103,7 +105,7 @@ def _diagnose(segment: JudgedSegment, prior: float, costs: Costs, smallest_S: fl
     cause_features = compute_cause_features(
         CauseInput(
             segment.op, segment.pv, sp if sp is not None and np.isfinite(sp).all() else None, segment.dt,
-            segment.signals.op_step, segment.pv_step_share, spike_share(segment.pv), segment.oscillation,
+            segment.signals.op_step, segment.pv_step_share, segment.pv_spike_share, segment.oscillation,
             controller=fitted.controller, identification=fitted.by_pv, response=response,
             log_odds=log_odds(model.sum_up(contributions, DEFAULT_PRIOR)),
         )
