@@ -23,7 +23,7 @@ from stiction.records.quality.moving_average import check_moving_average
 from stiction.records.quality.op_scale import check_op_scale
 from stiction.records.quality.outliers import check_outliers
 from stiction.records.quality.quantisation import check_resolution, quantisation_step, robust_range
-from stiction.records.quality.sampling import check_cycles, check_length, check_sampling
+from stiction.records.quality.sampling import check_averages, check_cycles, check_length, check_sampling
 from stiction.records.quality.saturation import check_saturation
 from stiction.records.quality.storage_rate import check_held_values, check_storage_rate
 
@@ -233,4 +233,5 @@ def _check_storage(data: CheckInput) -> Iterator[CheckResult | None]:
     origin = record.provenance
     yield check_clock_jumps(record.op, record.pv, origin.clock_jumps, origin.summer_time)
     yield check_outliers(record.pv, origin.outliers, record.samples_per_stored_value)
+    yield check_averages(origin.interval_spread)
     yield check_resampled(origin.held_samples - origin.unchanged_samples, len(record), per_cycle)

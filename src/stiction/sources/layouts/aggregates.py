@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import polars as pl
@@ -15,7 +16,10 @@ from stiction.sources.roles.vocabulary import AGGREGATES, VALUE_WORDS
 from stiction.sources.values.numeric_cells import parse_numbers
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
+
+    import numpy as np
+    from numpy.typing import NDArray
 
     from stiction.sources.options import ReadOptions
     from stiction.sources.table import RawTable
@@ -42,12 +46,15 @@ def take_averages(table: RawTable, options: ReadOptions) -> RawTable:
     if not groups or given & {names[i].strip().upper() for kinds in groups.values() for i in kinds.values()}:
         return table
     sources: list[tuple[int, ...]] = []
+    spreads: dict[int, Callable[[], NDArray[np.float64]]] = {}
     header: list[list[str]] = [[], [], []]
     for i, (base, kind) in enumerate(split):
         kinds = groups.get(base.upper(), {}) if kind else {}
         source = _source(kinds) if base.upper() not in plain else ()
         if kinds and source[:1] != (i,):
             continue
+        if len(source) == 1 and {"minimum", "maximum"} <= kinds.keys():
+            spreads[len(sources)] = partial(_spread, table, kinds["minimum"], kinds["maximum"])
         sources.append(source or (i,))
         unit = "" if units[i].upper() in AGGREGATES else units[i]
         for row, cell in zip(header, ((base or "value") if kinds else names[i], unit, descriptions[i]), strict=True):
@@ -73,8 +80,15 @@ def take_averages(table: RawTable, options: ReadOptions) -> RawTable:
         reader=read,
         notes=[*table.notes, f"{used}{left}."],
         above=[],
+        spreads=spreads,
         _columns={},
     )
+
+
+def _spread(table: RawTable, minimum: int, maximum: int) -> NDArray[np.float64]:
+    """Range of a signal within each interval, shape (n_rows,)."""
+    low, high = (parse_numbers(column, table.decimal).values for column in table.reader([minimum, maximum]))
+    return high - low
 
 
 def _source(kinds: dict[str, int]) -> tuple[int, ...]:

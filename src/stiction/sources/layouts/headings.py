@@ -84,8 +84,10 @@ def parse_role(name: str) -> tuple[str, str] | None:
 def heading_column(table: RawTable, position: int, clock: Clock | None) -> TagColumn:
     """Give a whole column under its heading."""
     names, units, descriptions = table_headings(table)
-    load = partial(table.column, position)
-    return TagColumn(names[position], table, clock, load, units[position], descriptions[position], position)
+    return TagColumn(
+        names[position], table, clock, partial(table.column, position), units[position], descriptions[position],
+        position, spread=table.spreads.get(position),
+    )  # fmt: skip
 
 
 def has_loop(names: Iterable[str]) -> bool:
@@ -184,7 +186,8 @@ def pick_rows(column: TagColumn, rows: Rows, clock: Clock | None, **changes: Any
         return lambda: load().gather(rows)
 
     flags = {heading: pick(load) for heading, load in column.flags.items()}
-    return replace(column, clock=clock, load=pick(column.load), flags=flags, **changes)
+    spread = (lambda whole=column.spread: whole()[rows]) if column.spread else None
+    return replace(column, clock=clock, load=pick(column.load), flags=flags, spread=spread, **changes)
 
 
 def convert_units(column: TagColumn, units: pl.Series) -> None:
