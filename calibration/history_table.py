@@ -51,6 +51,7 @@ def history_rows(task: tuple[str, int, int]) -> list[dict[str, Any]]:
             "evidence": None if evidence is None else evidence.tolist(),
             **{name: None if one is None else getattr(one, name) for name in names},
             **{f"x_{name}": value for name, value in found.features.items()},
+            **{f"y_{name}": value for name, value in found.cause_features.items()},
             **{f"cause_{name}": value for name, value in found.oscillation_cause.to_dict().items()},
         })  # fmt: skip
     return rows

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -30,22 +30,10 @@ __all__ = ["try_history"]
 
 MAX_AT_LIMIT = 0.02
 """Largest share of the samples with OP at a limit [-]."""
+MOVED = 0.35
+"""Share of the windows of a valve with friction in which a random load moves it [-]."""
 LONGEST_PERIOD = 200.0
 """Longest period at the limit of stability [samples]."""
-
-
-@dataclass(frozen=True)
-class Inputs:
-    """What moves the loop of a history, the size of it being drawn for each window."""
-
-    scale: float
-    """Largest standard deviation of the load [% of span]."""
-    period: float
-    """Period of the loop at its limit of stability [samples]."""
-    burn: int
-    """Samples before a window [-]."""
-    external: tuple[str, float, float] | None
-    """Shape, size [% of span] and period [samples] of a wave from outside that never ends; None without one."""
 
 
 def try_history(plan: HistoryPlan, rng: np.random.Generator) -> Iterator[HistoryWindow]:
@@ -75,7 +63,8 @@ def try_history(plan: HistoryPlan, rng: np.random.Generator) -> Iterator[History
         return
     if plan.fault.endswith("tight"):
         loop = scale_gain(loop, margin[0] * float(rng.uniform(0.8, 0.97)))
-    inputs = _draw_inputs(rng, plan, margin[1] / loop.dt, S)
+    period = margin[1] / loop.dt
+    outside = _draw_wave(rng, plan, period)
     effect = str(rng.choice(STORED_EFFECTS)) if plan.stored else ""
     strength = MAX_EFFECT * float(rng.uniform(0.1, 1.0))
     kinds = ("level", "level", "pressure") if loop.process.den[-1] == 0.0 else ("flow", "pressure", "temperature")  # type: ignore[union-attr]
@@ -84,7 +73,7 @@ def try_history(plan: HistoryPlan, rng: np.random.Generator) -> Iterator[History
     fault_kind, noise = str(rng.choice(["coarse", "sticking", "spikes"])), None
     for size in plan.shares:
         own = replace(loop, valve=_valve_of(rng, valve, S, J, float(size)))
-        scenario = _draw_window(rng, own, plan.samples, inputs)
+        scenario = _draw_window(rng, own, plan, period, S, outside)
         clean = scenario.run()
         if not _sound(clean):
             return
@@ -124,34 +113,54 @@ def _noise_level(clean: LoopRecord, loop: Loop, share: float) -> float:
     return min(share * robust_range(clean.pv), SHAKEN * robust_range(clean.op) / amplified)
 
 
-def _draw_inputs(rng: np.random.Generator, plan: HistoryPlan, period: float, S: float) -> Inputs:
-    scale = max(log_uniform(rng, 0.3, 4.0), S * float(rng.uniform(0.3, 1.5)))
-    external = None
-    if plan.fault.endswith("external"):
-        shape = str(rng.choice(list(SHAPES), p=list(SHAPES.values())))
-        external = (shape, scale * float(rng.uniform(0.7, 2.5)), period * log_uniform(rng, 0.7, 8.0))
-    return Inputs(scale, period, round(max(400.0, 5.0 * period)), external)
+def _draw_wave(rng: np.random.Generator, plan: HistoryPlan, period: float) -> tuple[str, float, float] | None:
+    """Shape, size [% of span] and period [samples] of a wave from outside that never ends; None without one."""
+    if not plan.fault.endswith("external"):
+        return None
+    return (
+        str(rng.choice(list(SHAPES), p=list(SHAPES.values()))),
+        log_uniform(rng, 1.0, 5.0),
+        period * log_uniform(rng, 0.7, 8.0),
+    )
 
 
-def _draw_window(rng: np.random.Generator, loop: Loop, samples: int, inputs: Inputs) -> Scenario:
-    """Load, set point and operating point of one window."""
-    n, period, scale = samples + inputs.burn, inputs.period, inputs.scale
-    load = scale * log_uniform(rng, 0.1, 1.0) * lagged_noise(rng, n, period * float(rng.uniform(0.1, 2.0)))
-    if inputs.external is not None:
-        shape, size, every = inputs.external
-        load = load + size * float(rng.uniform(0.6, 1.4)) * wave(rng, shape, n, every, float(rng.choice([0.0, 0.02])))
-    elif rng.random() < 0.25:
-        shape = str(rng.choice(list(SHAPES), p=list(SHAPES.values())))
-        every = period * log_uniform(rng, 0.7, 8.0)
-        load = load + scale * float(rng.uniform(0.5, 3.0)) * wave(rng, shape, n, every, float(rng.choice([0.0, 0.02])))
-    if rng.random() < 0.4:
-        load = load + scale * float(rng.uniform(0.5, 2.0)) * steps(rng, n, period * float(rng.uniform(5.0, 20.0)))
-    sp = np.zeros(n)
+def _draw_window(
+    rng: np.random.Generator,
+    loop: Loop,
+    plan: HistoryPlan,
+    period: float,
+    S: float,
+    outside: tuple[str, float, float] | None,
+) -> Scenario:
+    """Load, set point and operating point of one window: what moves the loops of `causes`, drawn anew."""
+    burn = round(max(400.0, 5.0 * period))
+    n = plan.samples + burn
+    load, sp = np.zeros(n), np.zeros(n)
+    gain = abs(complex(loop.process.at(2j * np.pi / (8.0 * period * loop.dt))))  # type: ignore[union-attr]
+    size = S if S > 0.0 else float(rng.uniform(1.0, 4.0))
+    moved = S == 0.0 or rng.random() < MOVED
+    load[: max(int(period / 3.0), 5)] = 0.7 * S
+    if moved:
+        lag = period * float(rng.uniform(0.1, 2.0)) if S > 0.0 else log_uniform(rng, 2.0, 60.0)
+        load = load + float(rng.uniform(0.3, 1.0)) * size * lagged_noise(rng, n, lag)
+    elif rng.random() < 0.5:
+        load = load + 0.15 * size * float(rng.random()) * lagged_noise(rng, n, period * float(rng.uniform(0.05, 0.5)))
+    if rng.random() < 0.2:
+        load = load + size * float(rng.uniform(0.2, 1.0)) * steps(rng, n, period * float(rng.uniform(5.0, 20.0)))
     if rng.random() < 0.3:
-        gain = abs(complex(loop.process.at(2j * np.pi / (8.0 * period * loop.dt))))
-        sp = scale * gain * float(rng.uniform(0.5, 2.0)) * steps(rng, n, period * float(rng.uniform(5.0, 20.0)))
+        load = load + np.linspace(0.0, 2.0 * size * float(rng.uniform(-1.0, 1.0)), n)
+    if rng.random() < 0.2:
+        sp = size * gain * float(rng.uniform(0.2, 1.0)) * steps(rng, n, period * float(rng.uniform(5.0, 20.0)))
+    if outside is not None:
+        shape, amplitude, every = outside
+        load = load + amplitude * float(rng.uniform(0.6, 1.4)) * wave(
+            rng, shape, n, every, float(rng.choice([0.0, 0.02]))
+        )
+    elif rng.random() < 0.15:
+        shape = str(rng.choice(list(SHAPES), p=list(SHAPES.values())))
+        load = load + size * float(rng.uniform(0.1, 0.4)) * wave(rng, shape, n, period * log_uniform(rng, 0.5, 8.0))
     return Scenario(
-        loop, sp=sp, load=load, pv_load=np.zeros(n), kind="history", burn=inputs.burn, period=period,
+        loop, sp=sp, load=load, pv_load=np.zeros(n), kind="history", burn=burn, period=period,
         op_start=float(rng.uniform(35.0, 65.0)),
     )  # fmt: skip
 

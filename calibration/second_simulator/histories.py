@@ -70,26 +70,22 @@ def try_history(plan: HistoryPlan, rng: np.random.Generator) -> Iterator[History
     Ad, Bd = _discrete(process, dt / SUBSTEPS)
     delay = max(round(process.dead_time / dt * SUBSTEPS), 0)
     bend, level = float(rng.choice((0.0, 0.0, rng.uniform(-0.6, 0.6)))), _draw_noise(rng)
-    scale = max(_log_uniform(rng, 0.3, 4.0), ramp.S * float(rng.uniform(0.3, 1.5)))
-    outside = (span * _log_uniform(rng, 0.8, 10.0), scale * float(rng.uniform(0.7, 2.5)))
+    outside = (span * _log_uniform(rng, 0.8, 10.0), _log_uniform(rng, 1.0, 12.0))
     form = int(rng.integers(2**31))
     for size in plan.shares:
         small = float(rng.uniform(*REPAIRED_S)) / ramp.S
         factor = float(size) if size > 0.0 else small
         own = valve._replace(static=valve.static * factor, coulomb=valve.coulomb * factor)
-        load = scale * _log_uniform(rng, 0.1, 1.0) * background_load(rng, steps, span * float(rng.uniform(0.2, 3.0)))
+        load = _log_uniform(rng, 0.05, 2.0) * background_load(rng, steps, span * float(rng.uniform(0.2, 3.0)))
         if plan.fault.endswith("external"):
             load += (
                 outside[1] * float(rng.uniform(0.6, 1.4)) * wave_load(np.random.default_rng(form), steps, outside[0])
             )
-        elif rng.random() < 0.25:
-            wave = wave_load(rng, steps, span * _log_uniform(rng, 0.8, 10.0))
-            load += scale * float(rng.uniform(0.5, 3.0)) * wave
+        elif rng.random() < 0.15:
+            load += _log_uniform(rng, 0.2, 3.0) * wave_load(rng, steps, span * _log_uniform(rng, 0.8, 10.0))
         sp = np.zeros(steps)
-        if rng.random() < 0.3:
-            sp = np.clip(
-                np.cumsum(scale * rng.normal(size=steps) * (rng.random(steps) < 1.0 / (15.0 * span))), -8.0, 8.0
-            )
+        if rng.random() < 0.2:
+            sp = np.clip(np.cumsum(rng.normal(size=steps) * (rng.random(steps) < 1.0 / (20.0 * span))), -8.0, 8.0)
         noise = rng.normal(size=steps) * level * float(rng.uniform(0.7, 1.4))
         begin = float(rng.uniform(35.0, 65.0))
         op, pv, _ = run_loop(

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stiction.diagnosis.detection import detect_all
+from stiction.diagnosis.evidence.one_loop import order_records
+from stiction.diagnosis.evidence.pool_diagnoses import PooledWindows
+from stiction.diagnosis.evidence.windows import cut_record, settle_cuts
 from stiction.diagnosis.identification.identify_record import fit_segment
 from stiction.diagnosis.identification.loop_response import fit_response
 from stiction.diagnosis.segment import judge_segment
@@ -23,6 +27,8 @@ from stiction.errors import require_positive, require_probability
 from stiction.records.quality.movement import spike_share
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from stiction.diagnosis.segment import JudgedSegment
     from stiction.records.record import LoopRecord
 
@@ -30,7 +36,7 @@ __all__ = ["diagnose"]
 
 
 def diagnose(
-    record: LoopRecord,
+    record: LoopRecord | Sequence[LoopRecord],
     *,
     prior: float = 0.25,
     costs: Costs | None = None,
@@ -41,8 +47,9 @@ def diagnose(
 
     Parameters
     ----------
-    record : LoopRecord
-        A record of one loop, OP and PV at least.
+    record : LoopRecord or sequence of LoopRecord
+        A record of one loop, OP and PV at least, or several of the same loop. Long records are cut into windows, which
+        are judged one by one and pooled.
     prior : float
         Share of sticky valves where the record comes from [-].
     costs : Costs, optional
@@ -62,7 +69,7 @@ def diagnose(
     Raises
     ------
     RecordError
-        When the record has no PV at all, or is a path or the list that `read` gives.
+        When a record has no PV at all, or is a path; or when records are not of one loop, or contradict each other.
     ParameterError
         When the prior is not between 0 and 1, or `smallest_S` is not positive.
 
@@ -79,8 +86,41 @@ def diagnose(
     """
     require_probability("prior", prior)
     smallest_S = require_positive("smallest_S", smallest_S, "% of span")
-    segments = [judge_segment(record), *map(judge_segment, record.other_readings)]
-    return compare_readings([_diagnose(segment, prior, costs or Costs(), smallest_S, methods) for segment in segments])
+    costs, records = costs or Costs(), order_records(record)
+    if len(records) > 1 or not records[0].other_readings:
+        return _diagnose_windows(records, prior, costs, smallest_S, methods)
+    segments = [judge_segment(one) for one in (records[0], *records[0].other_readings)]
+    return compare_readings([_diagnose(segment, prior, costs, smallest_S, methods) for segment in segments])
+
+
+def _diagnose_windows(
+    records: Sequence[LoopRecord], prior: float, costs: Costs, smallest_S: float, methods: bool
+) -> Diagnosis:
+    """Judge each window of the records by itself, and pool them."""
+    cuts, length, judged = settle_cuts(records[0])
+    pooled, elapsed_s = PooledWindows(), 0.0
+    single = len(records) == 1 and len(cuts) == 1
+    for number, record in enumerate(records):
+        if number:
+            cuts, judged = cut_record(record, length), {}
+            elapsed_s = _offset(records[0], record, elapsed_s)
+        for k, cut in enumerate(cuts):
+            part = record if len(cuts) == 1 else record.window(cut.first, cut.last)
+            segment = judged.pop(k, None) or judge_segment(part)
+            found = _diagnose(segment, prior, costs, smallest_S, methods and single)
+            pooled.add(found, elapsed_s + cut.first * record.dt)
+        elapsed_s += record.duration
+    found = pooled.diagnose()
+    if not methods or single or not found.loop_state.in_control:
+        return found
+    return replace(found, evidence=detect_all(found.segment.part, found.oscillation))
+
+
+def _offset(first: LoopRecord, record: LoopRecord, elapsed_s: float) -> float:
+    """Start of a record, from the first sample of the first one [s]; records without times follow one another."""
+    if first.start is None or record.start is None:
+        return elapsed_s
+    return (record.start - first.start).total_seconds()
 
 
 def _diagnose(segment: JudgedSegment, prior: float, costs: Costs, smallest_S: float, methods: bool) -> Diagnosis:
