@@ -87,9 +87,9 @@ def diagnose(
             )
     judgement = {"prior": prior, "costs": costs, "smallest_S": smallest_S}
     if export_twin is not None:
-        from stiction.export import check_new_file
+        from stiction.records.atomic_write import require_new_file
 
-        check_new_file(export_twin)
+        require_new_file(export_twin)
     return diagnose_files(files, options, judgement, target, as_json=as_json, explain=explain, twin=export_twin)
 
 

@@ -22,21 +22,9 @@ RUNAWAY_DISTANCE_PERCENT = 1000.0
 def merge_settings(path: str | None, typed: Mapping[str, Any], defaults: Mapping[str, Any]) -> dict[str, Any]:
     """Merge options, TOML file and defaults, in this order of priority.
 
-    Parameters
-    ----------
-    path : str, optional
-        TOML file whose keys are those of `defaults`.
-    typed : mapping
-        Options; None when not given.
-    defaults : mapping
-        All settings with their defaults.
-
-    Raises
-    ------
-    RecordError
-        When the file cannot be read or is not TOML.
-    ParameterError
-        When the file has a key that is not a setting.
+    `path`: TOML file whose keys are those of `defaults`. `typed`: Options; None when not given. `defaults`: all
+    settings with their defaults. Raises RecordError when the file cannot be read or is not TOML. Raises ParameterError
+    when the file has a key that is not a setting.
     """
     from_file = {} if path is None else _toml(path)
     for key in from_file:

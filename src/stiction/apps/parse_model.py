@@ -40,15 +40,8 @@ _BOOLEANS = {"yes": True, "true": True, "no": False, "false": False}
 def parse_valve(spec: str | Mapping[str, Any]) -> Valve:
     """Make a valve from the name of a model or of a published parameter set.
 
-    Parameters
-    ----------
-    spec : str or mapping
-        Text, or a mapping with the key "model".
-
-    Raises
-    ------
-    ParameterError
-        When the name or a parameter is unknown, missing or outside its limits; the error lists the known ones.
+    `spec`: text, or a mapping with the key "model". Raises ParameterError when the name or a parameter is unknown,
+    missing or outside its limits; the error lists the known ones.
 
     Examples
     --------
@@ -78,15 +71,8 @@ def parse_valve(spec: str | Mapping[str, Any]) -> Valve:
 def parse_controller(spec: str | Mapping[str, Any]) -> PID:
     """Make a controller: ``p``, ``pi``, ``pid`` (standard form) or ``parallel``.
 
-    Parameters
-    ----------
-    spec : str or mapping
-        Text, or a mapping with the key "model".
-
-    Raises
-    ------
-    ParameterError
-        When the name or a parameter is unknown, missing or outside its limits.
+    `spec`: text, or a mapping with the key "model". Raises ParameterError when the name or a parameter is unknown,
+    missing or outside its limits.
 
     Examples
     --------
@@ -108,15 +94,8 @@ def parse_controller(spec: str | Mapping[str, Any]) -> PID:
 def parse_compensator(spec: str | Mapping[str, Any]) -> Compensator:
     """Make a compensator from its name, with or without hyphens.
 
-    Parameters
-    ----------
-    spec : str or mapping
-        Text, or a mapping with the key "model".
-
-    Raises
-    ------
-    ParameterError
-        When the name or a parameter is unknown, missing or outside its limits.
+    `spec`: text, or a mapping with the key "model". Raises ParameterError when the name or a parameter is unknown,
+    missing or outside its limits.
 
     Examples
     --------
@@ -134,15 +113,7 @@ def parse_compensator(spec: str | Mapping[str, Any]) -> Compensator:
 def parse_valve_or_compensator(spec: str) -> Valve | Compensator:
     """Make a valve, or a compensator where the name is that of one.
 
-    Parameters
-    ----------
-    spec : str
-        The text.
-
-    Raises
-    ------
-    ParameterError
-        When the name or a parameter is unknown, missing or outside its limits.
+    Raises ParameterError when the name or a parameter is unknown, missing or outside its limits.
 
     Examples
     --------
@@ -159,15 +130,8 @@ def parse_valve_or_compensator(spec: str) -> Valve | Compensator:
 def parse_process(spec: str | Mapping[str, Any]) -> TransferFunction:
     """Make a process from ``fopdt``, ``sopdt``, ``integrating``, ``tf``, or a transfer function in s.
 
-    Parameters
-    ----------
-    spec : str or mapping
-        Text, or a mapping with the key "model".
-
-    Raises
-    ------
-    ParameterError
-        When the text cannot be read, or a parameter is unknown, missing or outside its limits.
+    `spec`: text, or a mapping with the key "model". Raises ParameterError when the text cannot be read, or a parameter
+    is unknown, missing or outside its limits.
 
     Examples
     --------

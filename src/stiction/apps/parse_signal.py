@@ -22,24 +22,9 @@ SIGNALS = ("ramp", "triangle", "sine", "staircase", "random_walk", "binary_seque
 def parse_levels(name: str, spec: str | float, duration: float, dt: float) -> NDArray[np.float64]:
     """Read a level, or levels that change at given times.
 
-    Parameters
-    ----------
-    name : str
-        Name of the signal, for the error.
-    spec : str or float
-        ``LEVEL`` or ``LEVEL,LEVEL@TIME,...`` with times in seconds, ascending.
-    duration, dt : float
-        Length and sampling period [s].
-
-    Returns
-    -------
-    ndarray, shape (n_samples,)
-        One level for each sample.
-
-    Raises
-    ------
-    ParameterError
-        When a level or a time cannot be read, the times are not ascending, or the duration is too long.
+    `name`: name of the signal, for the error. `spec`: ``LEVEL`` or ``LEVEL,LEVEL@TIME,...`` with times in seconds,
+    ascending. `duration`, `dt`: length and sampling period [s]. Gives one level for each sample. Raises ParameterError
+    when a level or a time cannot be read, the times are not ascending, or the duration is too long.
 
     Examples
     --------
@@ -69,26 +54,10 @@ def parse_levels(name: str, spec: str | float, duration: float, dt: float) -> ND
 def parse_op_signal(spec: str, dt: float) -> tuple[NDArray[np.float64], float]:
     """Make the input of a valve from the name of a test signal or of a CSV file with an OP.
 
-    Parameters
-    ----------
-    spec : str
-        ``NAME:PARAMETER=VALUE,...`` with a name of `SIGNALS`, or the name of a file ("-" is the standard input).
-    dt : float
-        Sampling period [s]; not used for a file.
-
-    Returns
-    -------
-    op : ndarray, shape (n_samples,)
-        Controller output [% of span].
-    dt : float
-        Sampling period [s].
-
-    Raises
-    ------
-    ParameterError
-        When the signal or a parameter is unknown.
-    RecordError
-        When the file cannot be read.
+    `spec`: ``NAME:PARAMETER=VALUE,...`` with a name of `SIGNALS`, or the name of a file ("-" is the standard input).
+    `dt`: sampling period [s]; not used for a file. Gives `op`: controller output [% of span]; `dt`: sampling period
+    [s]. Raises ParameterError when the signal or a parameter is unknown. Raises RecordError when the file cannot be
+    read.
 
     Examples
     --------

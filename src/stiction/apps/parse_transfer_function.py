@@ -42,22 +42,9 @@ _ONE = _Ratio(np.ones(1), np.ones(1))
 def parse_transfer_function(text: str) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
     """Parse a transfer function in s; a product without a sign comes before a division, as on paper.
 
-    Parameters
-    ----------
-    text : str
-        Numbers, s, ``+ - * / ^``, brackets and ``exp(-L s)`` for a dead time of L seconds.
-
-    Returns
-    -------
-    num, den : ndarray
-        Coefficients, descending powers of s.
-    dead_time : float
-        Dead time [s].
-
-    Raises
-    ------
-    ParameterError
-        When the text cannot be parsed, is too long or of too high an order, or adds terms with different dead times.
+    `text`: numbers, s, ``+ - * / ^``, brackets and ``exp(-L s)`` for a dead time of L seconds. Gives `num`, `den`:
+    coefficients, descending powers of s; `dead_time`: dead time [s]. Raises ParameterError when the text cannot be
+    parsed, is too long or of too high an order, or adds terms with different dead times.
 
     Examples
     --------

@@ -36,21 +36,9 @@ def adjust_twin(
 ) -> tuple[Loop, list[str]] | None:
     """Change dead time, J / S and gain until the period matches, and S until the amplitudes do.
 
-    Parameters
-    ----------
-    loop : Loop
-        The twin as identified: a Kano valve and a transfer function.
-    sp, op : float
-        Operating point [PV units, % of span].
-    inputs : ExternalInputs, optional
-        Disturbances and set point changes.
-    measured : Cycle
-        Oscillation of the record.
-
-    Returns
-    -------
-    tuple or None
-        The loop closest to the record and the list of changes as text; None when no change makes the period match.
+    `loop`: the twin as identified: a Kano valve and a transfer function. `sp`, `op`: operating point [PV units, % of
+    span]. `inputs`: disturbances and set point changes. `measured`: oscillation of the record. Gives the loop closest
+    to the record and the list of changes as text; None when no change makes the period match.
     """
     valve, process = loop.valve, loop.process
     assert isinstance(valve, Kano)

@@ -41,23 +41,9 @@ MAX_RESIDUAL_RATIO = 0.7
 def controller_from_record(segment: JudgedSegment, found: ControllerFit) -> tuple[PID, bool]:
     """Identify the controller of a record.
 
-    Parameters
-    ----------
-    segment : JudgedSegment
-        The judged part of the record.
-    found : ControllerFit
-        The controller fitted to it, without a filtered derivative.
-
-    Returns
-    -------
-    tuple
-        The controller, limited to 0..100 % if the OP stays within; and whether the record has the controller's own
-        sampling period.
-
-    Raises
-    ------
-    RecordError
-        When no controller explains the OP.
+    `segment`: the judged part of the record. `found`: the controller fitted to it, without a filtered derivative. Gives
+    the controller, limited to 0..100 % if the OP stays within; and whether the record has the controller's own sampling
+    period. Raises RecordError when no controller explains the OP.
     """
     record, exact = segment.part, found.exact
     options = {"op_limits": _op_limits(record.op)}

@@ -33,20 +33,8 @@ WEIGHTS = {
 def check_weights(weights: Mapping[str, float] | None) -> dict[str, float]:
     """Check weights and add the defaults.
 
-    Parameters
-    ----------
-    weights : mapping or None
-        Name -> weight [-].
-
-    Returns
-    -------
-    dict
-        All weights; those not given have their default.
-
-    Raises
-    ------
-    ParameterError
-        When a name is unknown, a weight negative, or all are 0.
+    `weights`: name -> weight [-]. Gives all weights; those not given have their default. Raises ParameterError when a
+    name is unknown, a weight negative, or all are 0.
     """
     given = dict(weights or {})
     unknown = [name for name in given if name not in WEIGHTS]

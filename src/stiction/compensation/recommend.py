@@ -30,15 +30,7 @@ PLANT_TO_TWIN_RATIO = 0.9
 def refusal_reason(diagnosis: Diagnosis) -> str:
     """Say why no advice can be given for a diagnosis; empty when it can.
 
-    Parameters
-    ----------
-    diagnosis : Diagnosis
-        The diagnosis.
-
-    Returns
-    -------
-    str
-        The reason, or an empty text.
+    Gives the reason, or an empty text.
     """
     if not diagnosis.loop_state.in_control:
         return f"{diagnosis.reason} So the record does not show how the valve moves, and no remedy can be advised."
@@ -69,17 +61,9 @@ def repair_not_worthwhile(fix: RemedyTrial) -> str:
 def choose_remedy(ranked: tuple[RemedyTrial, ...], *, from_record: bool = False) -> tuple[str, str, str, float]:
     """Choose the remedy to use until the next shutdown.
 
-    Parameters
-    ----------
-    ranked : tuple of RemedyTrial
-        The trials, the cheapest first.
-    from_record : bool
-        Whether they were made on the twin of a record; otherwise on a given loop.
-
-    Returns
-    -------
-    tuple
-        Its name, the reason, the risk, and the share by which it is expected to lower the PV deviation [-].
+    `ranked`: the trials, the cheapest first. `from_record`: whether they were made on the twin of a record; otherwise
+    on a given loop. Gives its name, the reason, the risk, and the share by which it is expected to lower the PV
+    deviation [-].
     """
     fix = next(one for one in ranked if one.name == REPAIR)
     nothing = next(one for one in ranked if one.name == NO_ACTION)

@@ -75,26 +75,10 @@ class RefinedModel(NamedTuple):
 def refine_model(record: LoopRecord, found: Identification, period: float, *, cycles: bool = True) -> RefinedModel:
     """Fit valve and process to the PV, starting from the identified ones.
 
-    Parameters
-    ----------
-    record : LoopRecord
-        The judged part of a record, without gaps in OP and PV.
-    found : Identification
-        Valve and process identified from it.
-    period : float
-        Period of the oscillation [s].
-    cycles : bool
-        Whether the oscillation is regular: then the periodic part of the residual is model error and is removed.
-
-    Returns
-    -------
-    RefinedModel
-        The best fit; the identified model when no other explains more.
-
-    Raises
-    ------
-    RecordError
-        When the identified valve does not move in these samples.
+    `record`: the judged part of a record, without gaps in OP and PV. `found`: valve and process identified from it.
+    `period`: period of the oscillation [s]. `cycles`: whether the oscillation is regular: then the periodic part of the
+    residual is model error and is removed. Gives the best fit; the identified model when no other explains more. Raises
+    RecordError when the identified valve does not move in these samples.
     """
     view = _SearchData(record, found.process.integrating, period)
     if found.by_position:

@@ -16,17 +16,7 @@ def replace_parts(loop: Loop, **parts: Any) -> Loop:
 
     `dataclasses.replace` would discretise the process again, which takes longer than the simulation.
 
-    Parameters
-    ----------
-    loop : Loop
-        The loop.
-    **parts
-        The new parts by field name; neither `process` nor `dt`.
-
-    Returns
-    -------
-    Loop
-        The changed copy.
+    `parts`: the new parts by field name; neither `process` nor `dt`.
     """
     other = copy.copy(loop)
     for name, part in parts.items():

@@ -35,22 +35,9 @@ CUSTOMARY_LIMIT_PERCENT = sum(residual_stiction(math.inf))
 def plan_confirmation_tests(op: float, S: float) -> tuple[TestPlan, ...]:
     """Plan the tests that confirm a deadband plus stickband `S` near the OP `op`.
 
-    Parameters
-    ----------
-    op : float
-        Usual OP of the loop [% of span]; moved if the test would leave the span.
-    S : float
-        Largest expected deadband plus stickband [% of span].
-
-    Returns
-    -------
-    tuple of TestPlan
-        Ramp test and step test; only a ramp test over the whole span if S is above 16 %.
-
-    Raises
-    ------
-    ParameterError
-        When `op` is not a number or `S` not positive.
+    `op`: usual OP of the loop [% of span]; moved if the test would leave the span. `S`: largest expected deadband plus
+    stickband [% of span]. Gives ramp test and step test; only a ramp test over the whole span if S is above 16 %.
+    Raises ParameterError when `op` is not a number or `S` not positive.
 
     References
     ----------

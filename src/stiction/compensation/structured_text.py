@@ -139,26 +139,9 @@ def recommended_text(
 ) -> str:
     """Write the compensator that a trial recommends, with the prediction in the header.
 
-    Parameters
-    ----------
-    trial : CompensationTrial
-        The result of `compensate`.
-    op_limits : tuple of float
-        Lowest and highest signal to the valve [% of span].
-    dt : float, optional
-        Scan time of the control system [s]; by default the sampling period of the trial.
-    date : datetime.date, optional
-        Date for the header; today by default.
-
-    Returns
-    -------
-    str
-        The text.
-
-    Raises
-    ------
-    ParameterError
-        When the trial recommends no compensator.
+    `trial`: the result of `compensate`. `op_limits`: lowest and highest signal to the valve [% of span]. `dt`: scan
+    time of the control system [s]; by default the sampling period of the trial. `date`: date for the header; today by
+    default. Raises ParameterError when the trial recommends no compensator.
 
     Examples
     --------

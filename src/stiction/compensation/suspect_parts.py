@@ -72,19 +72,8 @@ PLAY_PARTS = (
 def rank_suspects(found: Identification | None, unit: str = "%") -> tuple[tuple[SuspectPart, ...], str]:
     """List the parts to check, the most likely first, and give the reason for the order.
 
-    Parameters
-    ----------
-    found : Identification or None
-        The identified valve; None gives the customary order.
-    unit : str
-        Unit of J, as written after a number.
-
-    Returns
-    -------
-    tuple of SuspectPart
-        The parts.
-    str
-        The reason for the order, as a sentence.
+    `found`: the identified valve; None gives the customary order. `unit`: unit of J, as written after a number. Gives
+    the parts; the reason for the order, as a sentence.
 
     Examples
     --------

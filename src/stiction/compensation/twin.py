@@ -125,17 +125,7 @@ class Twin(Result):
 def twin_of_loop(loop: Loop, *, sp: float = 50.0, op: float = 50.0) -> Twin:
     """Return a given loop as a twin.
 
-    Parameters
-    ----------
-    loop : Loop
-        The loop.
-    sp, op : float
-        Operating point [PV units, % of span].
-
-    Returns
-    -------
-    Twin
-        The loop with its limit cycle.
+    `sp`, `op`: operating point [PV units, % of span]. Gives the loop with its limit cycle.
     """
     cycle, _, _ = simulate_cycle(loop, sp, op, undisturbed_period(loop, sp, op))
     reason = "The loop was not identified from a record, so there is no record to compare it with."
@@ -145,23 +135,10 @@ def twin_of_loop(loop: Loop, *, sp: float = 50.0, op: float = 50.0) -> Twin:
 def build_twin(diagnosis: Diagnosis, controller: PID | None = None) -> Twin:
     """Build the twin of a diagnosed loop and compare it with the record.
 
-    Parameters
-    ----------
-    diagnosis : Diagnosis
-        A diagnosis with an identified valve and process.
-    controller : PID, optional
-        The loop's controller; by default it is identified from OP and control error.
-
-    Returns
-    -------
-    Twin
-        `fits` says whether it oscillates like the record, `reason` why.
-
-    Raises
-    ------
-    RecordError
-        When valve, process or controller was not identified, OP does not oscillate, or the identified valve does not
-        move.
+    `diagnosis`: a diagnosis with an identified valve and process. `controller`: the loop's controller; by default it is
+    identified from OP and control error. `fits` says whether it oscillates like the record, `reason` why. Raises
+    RecordError when valve, process or controller was not identified, OP does not oscillate, or the identified valve
+    does not move.
     """
     found, tag = diagnosis.identification, diagnosis.record.tag
     if found is None:

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stiction.diagnosis.detection import detect_all
+from stiction.diagnosis.evidence.diagnose_windows import diagnose_windows
 from stiction.diagnosis.evidence.one_loop import order_records
-from stiction.diagnosis.evidence.pool_diagnoses import PooledWindows
-from stiction.diagnosis.evidence.windows import cut_record, settle_cuts
 from stiction.diagnosis.identification.identify_record import fit_segment
 from stiction.diagnosis.identification.loop_response import fit_response
+from stiction.diagnosis.identification.regression import one_thread
 from stiction.diagnosis.segment import judge_segment
 from stiction.diagnosis.verdict.cause_features import CauseInput, compute_cause_features
 from stiction.diagnosis.verdict.causes import assess_causes, find_detectable_S
@@ -24,7 +23,6 @@ from stiction.diagnosis.verdict.finding import is_backlash
 from stiction.diagnosis.verdict.model import log_odds, stiction_model
 from stiction.diagnosis.verdict.readings import compare_readings
 from stiction.errors import require_positive, require_probability
-from stiction.records.quality.movement import spike_share
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -87,40 +85,15 @@ def diagnose(
     require_probability("prior", prior)
     smallest_S = require_positive("smallest_S", smallest_S, "% of span")
     costs, records = costs or Costs(), order_records(record)
-    if len(records) > 1 or not records[0].other_readings:
-        return _diagnose_windows(records, prior, costs, smallest_S, methods)
-    segments = [judge_segment(one) for one in (records[0], *records[0].other_readings)]
-    return compare_readings([_diagnose(segment, prior, costs, smallest_S, methods) for segment in segments])
 
+    def judge(segment: JudgedSegment, methods: bool) -> Diagnosis:
+        return _diagnose(segment, prior, costs, smallest_S, methods)
 
-def _diagnose_windows(
-    records: Sequence[LoopRecord], prior: float, costs: Costs, smallest_S: float, methods: bool
-) -> Diagnosis:
-    """Judge each window of the records by itself, and pool them."""
-    cuts, length, judged = settle_cuts(records[0])
-    pooled, elapsed_s = PooledWindows(), 0.0
-    single = len(records) == 1 and len(cuts) == 1
-    for number, record in enumerate(records):
-        if number:
-            cuts, judged = cut_record(record, length), {}
-            elapsed_s = _offset(records[0], record, elapsed_s)
-        for k, cut in enumerate(cuts):
-            part = record if len(cuts) == 1 else record.window(cut.first, cut.last)
-            segment = judged.pop(k, None) or judge_segment(part)
-            found = _diagnose(segment, prior, costs, smallest_S, methods and single)
-            pooled.add(found, elapsed_s + cut.first * record.dt)
-        elapsed_s += record.duration
-    found = pooled.diagnose()
-    if not methods or single or not found.loop_state.in_control:
-        return found
-    return replace(found, evidence=detect_all(found.segment.part, found.oscillation))
-
-
-def _offset(first: LoopRecord, record: LoopRecord, elapsed_s: float) -> float:
-    """Start of a record, from the first sample of the first one [s]; records without times follow one another."""
-    if first.start is None or record.start is None:
-        return elapsed_s
-    return (record.start - first.start).total_seconds()
+    with one_thread():
+        if len(records) > 1 or not records[0].other_readings:
+            return diagnose_windows(records, judge, methods=methods)
+        segments = [judge_segment(one) for one in (records[0], *records[0].other_readings)]
+        return compare_readings([judge(segment, methods) for segment in segments])
 
 
 def _diagnose(segment: JudgedSegment, prior: float, costs: Costs, smallest_S: float, methods: bool) -> Diagnosis:
@@ -143,7 +116,7 @@ def _diagnose(segment: JudgedSegment, prior: float, costs: Costs, smallest_S: fl
     cause_features = compute_cause_features(
         CauseInput(
             segment.op, segment.pv, sp if sp is not None and np.isfinite(sp).all() else None, segment.dt,
-            segment.signals.op_step, segment.pv_step_share, spike_share(segment.pv), segment.oscillation,
+            segment.signals.op_step, segment.pv_step_share, segment.pv_spike_share, segment.oscillation,
             controller=fitted.controller, identification=fitted.by_pv, response=response,
             log_odds=log_odds(model.sum_up(contributions, DEFAULT_PRIOR)),
         )

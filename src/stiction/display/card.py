@@ -75,17 +75,8 @@ def bar(share: float) -> str:
 def sparkline(signals: Sequence[tuple[str, Sequence[float]]], label: str) -> str:
     """Return signals on one scale as a small drawing.
 
-    Parameters
-    ----------
-    signals : sequence of (str, sequence of float)
-        Class of the line (op, pv, mv or sp) and its samples [any unit]; gaps stay gaps.
-    label : str
-        Text for screen readers.
-
-    Returns
-    -------
-    str
-        An inline SVG, or a line of text when there is no sample to draw.
+    `signals`: class of the line (op, pv, mv or sp) and its samples [any unit]; gaps stay gaps. `label`: text for screen
+    readers. Gives an inline SVG, or a line of text when there is no sample to draw.
 
     Examples
     --------

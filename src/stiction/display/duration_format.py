@@ -13,15 +13,7 @@ __all__ = ["format_duration", "format_seconds", "format_time", "time_unit"]
 def format_seconds(duration: float) -> str:
     """Return a duration as text, never with a power of ten.
 
-    Parameters
-    ----------
-    duration : float
-        Duration [s].
-
-    Returns
-    -------
-    str
-        Whole seconds from 1000 s on, otherwise four significant digits.
+    `duration`: duration [s]. Gives whole seconds from 1000 s on, otherwise four significant digits.
 
     Examples
     --------
@@ -56,15 +48,8 @@ def time_unit(seconds: float) -> tuple[str, float]:
 def format_time(time: datetime | str | None) -> str:
     """Return a time as text with its time zone, where that is known; empty without a time.
 
-    Parameters
-    ----------
-    time : datetime or str, optional
-        The time, or its text in the form of ISO 8601.
-
-    Returns
-    -------
-    str
-        Date, clock time of 24 hours to the minute, or to the second where it is not a whole minute, and the zone.
+    `time`: the time, or its text in the form of ISO 8601. Gives date, clock time of 24 hours to the minute, or to the
+    second where it is not a whole minute, and the zone.
 
     Examples
     --------

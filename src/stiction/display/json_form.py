@@ -43,17 +43,9 @@ FOUR_DECIMALS = json_as(digits=4)
 def to_json(value: Any, *, series: bool = True) -> Any:
     """Return a value as JSON allows it.
 
-    Parameters
-    ----------
-    value : object
-        A number, text, array, list, dict or dataclass, however nested.
-    series : bool
-        Whether dicts and dataclasses include their arrays.
-
-    Returns
-    -------
-    None, bool, number, str, list or dict
-        NaN and infinity become None, complex numbers [real, imaginary], times ISO 8601, other objects their text.
+    `value`: a number, text, array, list, dict or dataclass, however nested. `series`: whether dicts and dataclasses
+    include their arrays. Gives NaN and infinity become None, complex numbers [real, imaginary], times ISO 8601, other
+    objects their text.
 
     Examples
     --------

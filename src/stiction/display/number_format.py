@@ -15,19 +15,8 @@ MAX_SIGNIFICANT_DIGITS = 4
 def format_number(value: float, unit: str = "", significant: int = 3) -> str:
     r"""Return a number as text with a few significant digits, or a dash; a no-break space stands before the unit.
 
-    Parameters
-    ----------
-    value : float
-        The number [unit].
-    unit : str
-        Its unit; left out when empty.
-    significant : int
-        Significant digits [-].
-
-    Returns
-    -------
-    str
-        The number; a large one has no power of ten.
+    `value`: the number [unit]. `unit`: its unit; left out when empty. `significant`: significant digits [-]. Gives the
+    number; a large one has no power of ten.
 
     Examples
     --------
@@ -45,17 +34,8 @@ def format_number(value: float, unit: str = "", significant: int = 3) -> str:
 def count_noun(number: int, noun: str, plural: str = "") -> str:
     """Return a count with its noun.
 
-    Parameters
-    ----------
-    number : int
-        The count [-].
-    noun, plural : str
-        The noun for one and for more; the plural gets an s when it is not given.
-
-    Returns
-    -------
-    str
-        The number and the noun.
+    `number`: the count [-]. `noun`, `plural`: the noun for one and for more; the plural gets an s when it is not given.
+    Gives the number and the noun.
 
     Examples
     --------
@@ -68,16 +48,9 @@ def count_noun(number: int, noun: str, plural: str = "") -> str:
 def format_interval(value: float, low: float, high: float) -> tuple[str, str, str]:
     """Return a value and the ends of its interval with the same number of decimals.
 
-    Parameters
-    ----------
-    value, low, high : float
-        The value and the ends of its interval [any unit].
-
-    Returns
-    -------
-    tuple of str
-        Value, lower and upper end: two significant digits of the value, or one when the interval reaches ten times as
-        far; one digit of the width when that is finer. A value is shown as 0 only when it is tiny beside its interval.
+    `value`, `low`, `high`: the value and the ends of its interval [any unit]. Gives value, lower and upper end: two
+    significant digits of the value, or one when the interval reaches ten times as far; one digit of the width when that
+    is finer. A value is shown as 0 only when it is tiny beside its interval.
 
     Examples
     --------
@@ -106,15 +79,7 @@ def format_interval(value: float, low: float, high: float) -> tuple[str, str, st
 def format_probability(probability: float) -> str:
     """Return a probability as text, never as 0 or 1: an estimate from a record is not certain.
 
-    Parameters
-    ----------
-    probability : float
-        The probability [-].
-
-    Returns
-    -------
-    str
-        Two decimals, `<0.01` or `>0.99` instead of 0 or 1, a dash when it is NaN.
+    `probability`: the probability [-]. Gives two decimals, `<0.01` or `>0.99` instead of 0 or 1, a dash when it is NaN.
 
     Examples
     --------

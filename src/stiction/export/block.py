@@ -6,27 +6,24 @@ import dataclasses
 import inspect
 import math
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from stiction.errors import ParameterError, require_positive
-from stiction.export.loop_step import LoopState, loop_start, loop_step
 from stiction.export.relations import relations
-from stiction.export.syntax import Array, CSyntax, Value
+from stiction.export.syntax import Syntax
 from stiction.export.translate import Translator
-from stiction.export.values import Fixed, Settings, TranslationError
+from stiction.export.values import Array, Settings, Struct, TranslationError, Value
 from stiction.export.variables import Variable, settings_of
 from stiction.models import Compensator, Loop, Valve, dispatch
 from stiction.models.compensators.component import CompensatorState, compensator_at_rest
 from stiction.models.component import ValveState
+from stiction.simulation.loop_step import LoopState, loop_start, loop_step
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from stiction.compensation.twin import Twin
     from stiction.diagnosis import Diagnosis
-    from stiction.export.syntax import Struct
 
 __all__ = ["Block", "Packed", "block_of"]
 
@@ -46,8 +43,7 @@ COMPENSATED = (
 )
 
 
-@dataclass(frozen=True)
-class Packed:
+class Packed(NamedTuple):
     """An array of numbers that a step takes: computed from the settings, or constant."""
 
     name: str
@@ -55,7 +51,9 @@ class Packed:
     length: int
     """Numbers in it [-]."""
     function: str = ""
-    """Function that computes it; empty where the numbers are constant."""
+    """Function that computes a record of these numbers; empty where they are constant."""
+    record: Struct | None = None
+    """That record."""
     constants: tuple[float, ...] = ()
     """The numbers, where they are constant."""
 
@@ -72,7 +70,7 @@ class Block:
     """The model in Python."""
     dt: float
     """Sampling period [s]."""
-    syntax: CSyntax
+    syntax: Syntax
     """Target language."""
     inputs: tuple[Variable, ...] = ()
     """Variables that each step takes."""
@@ -86,13 +84,13 @@ class Block:
     """Settings of the model that can be changed."""
     packed: list[Packed] = field(default_factory=list)
     """Arrays that a step takes."""
-    state: Struct | None = None
+    state: Struct = field(init=False)
     """The record that a step takes and gives."""
     arrays: tuple[tuple[str, int], ...] = ()
     """Arrays that a step changes, and their lengths."""
-    at_rest: Value | None = None
+    at_rest: Value = field(init=False)
     """The state before the first sample, in terms of the arguments of the start."""
-    stepped: Value | None = None
+    stepped: Value = field(init=False)
     """The state after a sample, in terms of the inputs and of the state ``s``."""
     results: tuple[str, ...] = ()
     """The outputs, in terms of the state ``s``."""
@@ -117,25 +115,35 @@ class Block:
         numbers = tuple(float(one) for one in model.pack(self.dt))
         names = [f.name for f in dataclasses.fields(model) if type(getattr(model, f.name)) is float]
         for adjustable in [names, *([n for n in names if n != one] for one in names)]:
+            settings = Settings(model, frozenset(adjustable), "self", prefix)
             try:
-                settings = Settings(model, frozenset(adjustable), "self", prefix)
-                function, _ = self.translator.call_filling(type(model).pack, [settings, Value("double", "dt")])
+                found = self.translator.call(type(model).pack, [settings, Value("double", "dt")])
             except TranslationError:
                 continue
-            self.packed.append(Packed(name, len(numbers), function))
-            self.settings += settings_of(model, frozenset(adjustable), prefix)
-            self.refusals += relations(self.translator, settings)
-            break
+            if isinstance(found, Value) and isinstance(found.type, Struct):
+                self.packed.append(Packed(name, len(numbers), found.text.partition("(")[0], found.type))
+                self.settings += settings_of(model, settings.adjustable, prefix)
+                self.refusals += relations(self.translator, settings)
+                break
         else:
-            self.packed.append(Packed(name, len(numbers), "", numbers))
-        return Value(Array(len(numbers)), self.syntax.member(name))
+            self.packed.append(Packed(name, len(numbers), constants=numbers))
+        return Value(Array(len(numbers)), self.member(name))
+
+    def member(self, name: str) -> str:
+        """A field of the exported model."""
+        return self.syntax.write("member", name)
+
+    def use_state(self, kind: Any) -> Value:
+        """Make a named tuple the state of the block."""
+        self.state = self.translator.named_tuple(kind)
+        return Value(self.state, self.member("state"))
 
     def numbers(self, *names: str) -> list[Value]:
         """Variables as arguments of a kernel."""
         return [Value("double", name) for name in names]
 
 
-def block_of(model: object, name: str | None, dt: float | None, syntax: Callable[[str], CSyntax] = CSyntax) -> Block:
+def block_of(model: object, name: str | None, dt: float | None, language: str = "C") -> Block:
     """Make the block of a valve, a compensator or a loop.
 
     Parameters
@@ -146,8 +154,8 @@ def block_of(model: object, name: str | None, dt: float | None, syntax: Callable
         Name of the exported model; by default the name of its class in lower case.
     dt : float, optional
         Sampling period [s]; a loop has its own.
-    syntax : callable
-        Target language.
+    language : str
+        "C" or "MATLAB".
 
     Returns
     -------
@@ -160,61 +168,55 @@ def block_of(model: object, name: str | None, dt: float | None, syntax: Callable
         When the model is of another type, or the sampling period or the name is not allowed.
     """
     name = name or type(model).__name__.lower()
-    make = _make_valve if isinstance(model, Valve) else _make_compensator if isinstance(model, Compensator) else None
-    if isinstance(model, Loop):
-        make, dt = _make_loop, _loop_step(model, dt)
+    make = next((make for kind, make in MAKERS.items() if isinstance(model, kind)), None)
     if make is None:
         from stiction.compensation.twin import Twin
         from stiction.diagnosis import Diagnosis
 
         if isinstance(model, (Twin, Diagnosis)):
-            return _block_of_twin(model, name, dt, syntax)
+            return _block_of_twin(model, name, dt, language)
         raise ParameterError(
             f"model is of type {type(model).__name__}",
             remedy="give a valve such as Kano(5.0, 2.0), a compensator, a Loop, or a Diagnosis with an identified loop",
         )
-    if dt is None:
+    own = model.dt if isinstance(model, Loop) else dt
+    if own is None:
         raise ParameterError("dt is missing", remedy="give the sampling period of the exported model in seconds")
-    dt = require_positive("dt", dt, "s")
+    if dt not in (None, own):
+        raise ParameterError(
+            f"dt = {dt:g} s differs from the sampling period of the loop, {own:g} s",
+            remedy="leave dt out, or make the loop with this dt", quantity="dt", value=dt, limit=own,
+        )  # fmt: skip
     title = (inspect.getdoc(type(model)) or "").split("\n\n")[0].replace("\n", " ")
-    block = Block(name, title, " ".join(repr(model).split()), dt, syntax(name))
+    source = " ".join(repr(model).split())
+    block = Block(name, title, source, require_positive("dt", own, "s"), Syntax(language, name))
     make(block, model)
     return block
 
 
-def _loop_step(loop: Loop, dt: float | None) -> float:
-    if dt is not None and dt != loop.dt:
-        raise ParameterError(
-            f"dt = {dt:g} s differs from the sampling period of the loop, {loop.dt:g} s",
-            remedy="leave dt out, or make the loop with this dt", quantity="dt", value=dt, limit=loop.dt,
-        )  # fmt: skip
-    return loop.dt
-
-
-def _block_of_twin(
-    model: Twin | Diagnosis, name: str | None, dt: float | None, syntax: Callable[[str], CSyntax]
-) -> Block:
+def _block_of_twin(model: Twin | Diagnosis, name: str, dt: float | None, language: str) -> Block:
     """The loop of a twin at its operating point; of a diagnosis with the intervals of S and J as ranges."""
     from stiction.compensation.twin import Twin, build_twin
 
     twin = model if isinstance(model, Twin) else build_twin(model)
-    block = block_of(twin.loop, name or "twin", dt, syntax)
+    block = block_of(twin.loop, name, dt, language)
     at = {"pv_start": twin.sp, "op_start": twin.op, "sp": twin.sp}
     block.starts = tuple(replace(one, value=at.get(one.name, one.value)) for one in block.starts)
     block.inputs = tuple(replace(one, value=at.get(one.name, one.value)) for one in block.inputs)
     block.title = f"Identified loop: {twin.reason}"
     found = getattr(model, "identification", None)
-    for name_, low, high in (("valve_S", "S_low", "S_high"), ("valve_J", "J_low", "J_high")):
-        ends = (getattr(found, low, None), getattr(found, high, None))
-        for k, one in enumerate(block.settings):
-            known = [end for end in ends if end is not None and math.isfinite(end)]
-            if one.name == name_ and len(known) == 2:
-                block.settings[k] = replace(one, low=min(*known, one.value), high=max(*known, one.value))
+    for name in ("S", "J"):
+        low, high = (getattr(found, f"{name}_{end}", None) for end in ("low", "high"))
+        if low is not None and high is not None and math.isfinite(low) and math.isfinite(high):
+            block.settings = [
+                replace(one, low=min(low, one.value), high=max(high, one.value)) if one.name == f"valve_{name}" else one
+                for one in block.settings
+            ]
     return block
 
 
 def _make_loop(block: Block, loop: Any) -> None:
-    if block.syntax.language != "C":
+    if not block.syntax.is_c:
         raise ParameterError(
             "a loop cannot be written as a MATLAB function", remedy="write an FMU, which Simulink imports"
         )
@@ -223,50 +225,45 @@ def _make_loop(block: Block, loop: Any) -> None:
     block.starts = (PV_START, OP_START, OFFSET)
     starts = {"sp": "sp", "pv": "pv_start", "op": "op_start", "position": "op_start + position_offset"}
     block.start_arguments = tuple(starts.items())
-    call, kind = block.translator.call, Fixed(dispatch.NO_COMPENSATOR if compensator is None else compensator.code)
+    call, kind = block.translator.call, dispatch.NO_COMPENSATOR if compensator is None else compensator.code
     pid = block.pack("pid", loop.controller, "controller_")
     p = block.pack("p", loop.valve, "valve_")
     h = pid if compensator is None else block.pack("h", compensator, "compensator_")
     order, length = max(process.c.size, 1), max(process.delay, process.direct_delay) + 1
     matrices = []
     for name in ("A", "b_new", "b_old", "c"):
-        numbers = tuple(float(one) for one in np.ravel(getattr(process, name))) or (
-            0.0,
-        )  # pure dead time: a zero state
-        block.packed.append(Packed(name, len(numbers), "", numbers))
-        size = order * order if name == "A" else order
-        matrices.append(Value(Array(size, columns=order if name == "A" else 0), block.syntax.member(name)))
+        numbers = tuple(np.ravel(getattr(process, name)).tolist()) or (0.0,)  # pure dead time: a zero state
+        block.packed.append(Packed(name, len(numbers), constants=numbers))
+        matrices.append(Value(Array(len(numbers), columns=order if name == "A" else 0), block.member(name)))
     block.arrays = (("x", order), ("work", order), ("line", length))
-    arrays = [Value(Array(size, writable=True), block.syntax.member(name)) for name, size in block.arrays]
-    model, late = Fixed(loop.valve.code), (Fixed(process.delay), Fixed(process.direct_delay))
-    block.state = block.translator.named_tuple(LoopState)
-    s = Value(block.state, block.syntax.member("state"))
-    block.at_rest = call(loop_start, [model, *block.numbers(*starts), pid, p])
+    arrays = [Value(Array(size, writable=True), block.member(name)) for name, size in block.arrays]
+    s = block.use_state(LoopState)
+    block.at_rest = call(loop_start, [loop.valve.code, *block.numbers(*starts), pid, p])
     inputs = block.numbers(*(one.name for one in block.inputs))
-    block.stepped = call(loop_step, [kind, model, *late, *inputs, s, pid, h, p, *matrices, Fixed(process.d), *arrays])
-    fields = ("pv", "controller.op", "position")
-    block.results = tuple(f"{s.text}.{one}" for one in fields)
+    codes = (kind, loop.valve.code, process.delay, process.direct_delay)
+    block.stepped = call(loop_step, [*codes, *inputs, s, pid, h, p, *matrices, process.d, *arrays])
+    block.results = tuple(f"{s.text}.{one}" for one in ("pv", "controller.op", "position"))
 
 
 def _make_valve(block: Block, valve: Any) -> None:
     block.inputs, block.outputs, block.starts = (OP,), (POSITION,), (OFFSET,)
     block.start_arguments = (("op", "op"), ("position", "op + position_offset"))
-    call, code = block.translator.call, Fixed(valve.code)
-    p = block.pack("p", valve)
-    block.state = block.translator.named_tuple(ValveState)
-    s = Value(block.state, block.syntax.member("state"))
-    block.at_rest = call(dispatch.valve_at_rest, [code, *block.numbers("op", "position"), p])
-    block.stepped = call(dispatch.valve_step, [code, *block.numbers("op"), s, p])
+    call, p = block.translator.call, block.pack("p", valve)
+    s = block.use_state(ValveState)
+    block.at_rest = call(dispatch.valve_at_rest, [valve.code, *block.numbers("op", "position"), p])
+    block.stepped = call(dispatch.valve_step, [valve.code, *block.numbers("op"), s, p])
     block.results = (call(dispatch.stem_position, [s, p]).text,)
 
 
 def _make_compensator(block: Block, compensator: Any) -> None:
     block.inputs, block.outputs = (OP, SP, PV), COMPENSATED
     block.start_arguments = (("op", "op"), ("sp", "sp"))
-    call, kind = block.translator.call, Fixed(compensator.code)
-    p = block.pack("p", compensator)
-    block.state = block.translator.named_tuple(CompensatorState)
-    s = Value(block.state, block.syntax.member("state"))
+    call, p = block.translator.call, block.pack("p", compensator)
+    s = block.use_state(CompensatorState)
     block.at_rest = call(compensator_at_rest, block.numbers("op", "sp"))
-    block.stepped = call(dispatch.compensator_step, [kind, *block.numbers("op", "sp", "pv"), s, p])
+    block.stepped = call(dispatch.compensator_step, [compensator.code, *block.numbers("op", "sp", "pv"), s, p])
     block.results = tuple(block.syntax.field(s.text, one.name) for one in block.outputs)
+
+
+MAKERS = {Valve: _make_valve, Compensator: _make_compensator, Loop: _make_loop}
+"""Kind of model -> how its block is filled."""

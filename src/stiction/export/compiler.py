@@ -7,83 +7,77 @@ import platform
 import shutil
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
-__all__ = ["BuildError", "Platform", "build_library", "find_compiler", "this_platform"]
+__all__ = ["BuildError", "build_library", "this_platform"]
 
 FLAGS = ("-std=c99", "-O3", "-shared", "-fPIC", "-ffp-contract=off", "-fvisibility=hidden")
 """Flags of the build; without contraction the numbers equal those of the kernels."""
 BUILD_SECONDS = 120.0
 """Longest time for a build [s]."""
-Platform = tuple[str, str, str]
-"""Folder of binaries in FMI 2.0 and in FMI 3.0, and the ending of a shared library."""
-
-_SYSTEMS = {
-    "linux": ("linux", "linux", ".so"),
-    "darwin": ("darwin", "darwin", ".dylib"),
-    "win32": ("win", "windows", ".dll"),
+PLATFORMS = {
+    ("linux", "x86_64"): ("linux64", "x86_64-linux", ".so"),
+    ("linux", "aarch64"): ("", "aarch64-linux", ".so"),
+    ("darwin", "x86_64"): ("darwin64", "x86_64-darwin", ".dylib"),
+    ("darwin", "aarch64"): ("darwin64", "aarch64-darwin", ".dylib"),
+    ("win32", "x86_64"): ("win64", "x86_64-windows", ".dll"),
+    ("win32", "aarch64"): ("", "aarch64-windows", ".dll"),
 }
-_MACHINES = {
-    "amd64": ("64", "x86_64"),
-    "x86_64": ("64", "x86_64"),
-    "arm64": ("", "aarch64"),
-    "aarch64": ("", "aarch64"),
-}
+"""System and machine -> folder of binaries in FMI 2.0, where it has one, and in FMI 3.0, and ending of a library."""
 
 
 class BuildError(Exception):
     """The compiler is missing or did not accept the source."""
 
 
-def find_compiler() -> str | None:
-    """Return the C compiler: that of the environment variable CC, else cc, gcc or clang; None where there is none."""
-    return next(
-        (path for name in (os.environ.get("CC"), "cc", "gcc", "clang") if name and (path := shutil.which(name))), None
-    )
-
-
-def this_platform() -> Platform | None:
-    """Return the names of this platform in FMI, or None where FMI has no name for it.
+def this_platform() -> tuple[str, str, str]:
+    """Return the names of this platform in FMI 2.0 and 3.0 and the ending of a library; empty where FMI has no name.
 
     Examples
     --------
-    >>> this_platform() is None or len(this_platform()) == 3
-    True
+    >>> len(this_platform())
+    3
     """
-    system, machine = _SYSTEMS.get(sys.platform), _MACHINES.get(platform.machine().lower())
-    if system is None or machine is None:
-        return None
-    bits = machine[0] or ("64" if sys.platform == "darwin" else "")
-    return (f"{system[0]}{bits}" if bits else "", f"{machine[1]}-{system[1]}", system[2])
+    machine = platform.machine().lower()
+    machine = {"amd64": "x86_64", "arm64": "aarch64"}.get(machine, machine)
+    return PLATFORMS.get((sys.platform, machine), ("", "", ""))
 
 
-def build_library(source: Path, library: Path) -> str:
-    """Compile a source file to a shared library.
+def build_library(sources: dict[str, str], main: str) -> tuple[bytes, str]:
+    """Compile sources to a shared library with the compiler of the environment variable CC, or cc, gcc or clang.
 
     Parameters
     ----------
-    source, library : Path
-        The file to compile and the file to write.
+    sources : dict of str
+        Texts by the names of their files.
+    main : str
+        The file to compile, which includes the others.
 
     Returns
     -------
-    str
-        Name of the compiler.
+    tuple of bytes and str
+        The library, and the name of the compiler.
 
     Raises
     ------
     BuildError
         When there is no compiler, or it does not accept the source.
     """
-    compiler = find_compiler()
+    names = filter(None, (os.environ.get("CC"), "cc", "gcc", "clang"))
+    compiler = next(filter(None, map(shutil.which, names)), None)
     if compiler is None:
         raise BuildError("no C compiler (cc, gcc, clang) was found")
-    command = [compiler, *FLAGS, "-o", str(library), str(source), "-lm"]
-    try:
-        done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=BUILD_SECONDS)
-    except (OSError, subprocess.SubprocessError) as error:
-        raise BuildError(f"{compiler} does not run ({error})") from None
-    if done.returncode:
-        first = next(iter(done.stderr.strip().splitlines()), "no message")
-        raise BuildError(f"{compiler} refused the source ({first})")
-    return Path(compiler).name
+    with tempfile.TemporaryDirectory() as name:
+        folder, library = Path(name), Path(name) / "library"
+        for file, text in sources.items():
+            (folder / file).write_text(text, encoding="utf-8")
+        command = [compiler, *FLAGS, "-o", str(library), str(folder / main), "-lm"]
+        try:
+            done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=BUILD_SECONDS)
+        except (OSError, subprocess.SubprocessError) as error:
+            raise BuildError(f"{compiler} does not run ({error})") from None
+        if done.returncode:
+            first = next(iter(done.stderr.strip().splitlines()), "no message")
+            raise BuildError(f"{compiler} refused the source ({first})")
+        return library.read_bytes(), Path(compiler).name

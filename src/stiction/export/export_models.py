@@ -10,27 +10,17 @@ from typing import TYPE_CHECKING, Any
 from stiction.display.json_form import Result
 from stiction.errors import ParameterError, RecordError
 from stiction.export.block import block_of
-from stiction.export.c_source import c_header, c_source
-from stiction.export.syntax import C_RESERVED, MATLAB_RESERVED, CSyntax, MatlabSyntax
-from stiction.records.atomic_write import write_files
+from stiction.export.fmu import FMI_VERSIONS, fmu_bytes
+from stiction.export.render import render
+from stiction.export.syntax import RESERVED
+from stiction.records.atomic_write import require_new_file, write_files
 
 if TYPE_CHECKING:
     import os
 
     from stiction.export.block import Block
 
-__all__ = ["ExportedModel", "check_new_file", "export_c", "export_fmu", "export_matlab", "export_modelica"]
-
-FMI_VERSIONS = ("2.0", "3.0")
-_MODELICA = (
-    "algorithm and annotation assert block class connect connector constant constrainedby der discrete each elsewhen "
-    "encapsulated end enumeration equation expandable extends external final flow function impure import in initial "
-    "inner input loop model not operator or outer output package parameter partial protected public pure record "
-    "redeclare replaceable stream then time type when within"
-)
-_OWN = "math stdio stdlib string stdint stdbool fmu fmi2 fmi3 fmi_common sample_model memory"
-MODELICA_RESERVED, HEADERS = frozenset(_MODELICA.split()), frozenset(_OWN.split())
-"""Words of Modelica; names of files and functions that an exported model uses itself."""
+__all__ = ["ExportedModel", "export_c", "export_fmu", "export_matlab", "export_modelica"]
 
 
 @dataclass(frozen=True)
@@ -107,15 +97,12 @@ def export_fmu(
     ...     st.export_fmu(st.Kano(5.0, 2.0), f"{folder}/kano.fmu", dt=1.0).parameters
     ('S', 'J', 'position_offset')
     """
-    from stiction.export.fmu import fmu_bytes
-
     if fmi not in FMI_VERSIONS:
         raise ParameterError(f"fmi = {fmi!r} is unknown", remedy=f"use {' or '.join(map(repr, FMI_VERSIONS))}")
-    target = check_new_file(path)
-    block = _block(model, name or _name_of(target), dt)
+    target = require_new_file(path)
+    block = _named_block(model, name or target, dt)
     content, note = fmu_bytes(block, fmi)
-    write_files({target: content})
-    return _exported(block, (target,), f"FMI {fmi}. {note}")
+    return _write(block, {target: content}, f"FMI {fmi}. {note}")
 
 
 def export_c(
@@ -157,13 +144,12 @@ def export_c(
     ...     [file.name for file in st.export_c(st.Stenman(2.0), folder, dt=1.0).files]
     ['stenman.h', 'stenman.c']
     """
-    block = _block(model, name, dt)
+    block = _named_block(model, name, dt)
     where = Path(folder).expanduser()
     if where.exists() and not where.is_dir():
         raise RecordError("is a file", remedy="give a folder for the header and the source", where=where)
-    files = [check_new_file(where / f"{block.name}{ending}", folder=False) for ending in (".h", ".c")]
-    write_files(dict(zip(files, (c_header(block).encode(), c_source(block).encode()), strict=True)))
-    return _exported(block, tuple(files))
+    files = {ending: require_new_file(where / f"{block.name}{ending}", folder=False) for ending in (".h", ".c")}
+    return _write(block, {file: render(block, f"model{ending}").encode() for ending, file in files.items()})
 
 
 def export_modelica(
@@ -202,12 +188,9 @@ def export_modelica(
     ...     st.export_modelica(st.He(2.0, 1.0), f"{folder}/Valve.mo", dt=1.0).name
     'Valve'
     """
-    from stiction.export.modelica import modelica_text
-
-    target = check_new_file(path)
-    block = _block(model, name or _name_of(target), dt)
-    write_files({target: modelica_text(block).encode()})
-    return _exported(block, (target,))
+    target = require_new_file(path)
+    block = _named_block(model, name or target, dt)
+    return _write(block, {target: render(block, "model.mo").encode()})
 
 
 def export_matlab(
@@ -246,53 +229,25 @@ def export_matlab(
     ...     st.export_matlab(st.Knocker(1.5, 2.0, 5.0), f"{folder}/knocker.m", dt=1.0).parameters
     ('amplitude', 'width', 'interval')
     """
-    from stiction.export.matlab import matlab_text
-
-    target = check_new_file(path)
-    block = _block(model, name or _name_of(target), dt, MatlabSyntax)
-    write_files({target: matlab_text(block).encode()})
-    return _exported(block, (target,))
+    target = require_new_file(path)
+    block = _named_block(model, name or target, dt, "MATLAB")
+    return _write(block, {target: render(block, "model.m").encode()})
 
 
-def _block(model: Any, name: str | None, dt: float | None, syntax: type[CSyntax] = CSyntax) -> Block:
-    if name is not None:
-        _require_name(name)
-    return block_of(model, name, dt, syntax)
-
-
-def _exported(block: Block, files: tuple[Path, ...], note: str = "") -> ExportedModel:
-    return ExportedModel(files, block.name, block.dt, tuple(one.name for one in block.parameters), note)
-
-
-def _name_of(target: Path) -> str:
-    return re.sub(r"\W", "_", target.stem)
-
-
-def _require_name(name: str) -> None:
-    """Refuse a name that C, Modelica, MATLAB or FMI cannot use."""
-    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,47}", name):
+def _named_block(model: Any, name: str | Path | None, dt: float | None, language: str = "C") -> Block:
+    """The block of a model; a path gives it its name. Refuses a name that C, Modelica, MATLAB or FMI cannot use."""
+    if isinstance(name, Path):
+        name = re.sub(r"\W", "_", name.stem)
+    if name is not None and not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,47}", name):
         raise ParameterError(
             f"name = {name!r} is not a name for a model",
             remedy="give a letter and then letters, digits or _, 48 at most; a file's name must be one, or give `name`",
         )
-    if name in C_RESERVED | MATLAB_RESERVED | MODELICA_RESERVED or name.lower() in HEADERS:
+    if name in frozenset().union(*RESERVED.values()) or (name or "").lower() in RESERVED["FMI"]:
         raise ParameterError(f"name = {name!r} is reserved in C, Modelica, MATLAB or FMI", remedy="give another name")
+    return block_of(model, name, dt, language)
 
 
-def check_new_file(path: str | os.PathLike[str], *, folder: bool = True) -> Path:
-    """Return the path of a file that does not exist yet.
-
-    Raises
-    ------
-    RecordError
-        When it exists, or its folder does not.
-    """
-    target = Path(path).expanduser()
-    if target.exists():
-        raise RecordError("exists and is not replaced", remedy="remove it, or give another path", where=target)
-    if folder and not target.parent.is_dir():
-        raise RecordError(
-            f"cannot be written, because there is no folder {target.parent}",
-            remedy="create it, or give another path", where=target,
-        )  # fmt: skip
-    return target
+def _write(block: Block, contents: dict[Path, bytes], note: str = "") -> ExportedModel:
+    write_files(contents)
+    return ExportedModel(tuple(contents), block.name, block.dt, tuple(one.name for one in block.parameters), note)

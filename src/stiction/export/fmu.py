@@ -3,21 +3,27 @@
 from __future__ import annotations
 
 import io
-import tempfile
 import uuid
 import zipfile
-from importlib.resources import files
-from pathlib import Path
+from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
-from stiction.export.c_source import c_header, c_source
 from stiction.export.compiler import BuildError, build_library, this_platform
-from stiction.export.model_description import build_description, describe_model
+from stiction.export.render import render
+from stiction.export.variables import Variable
 
 if TYPE_CHECKING:
     from stiction.export.block import Block
 
-__all__ = ["fmu_bytes"]
+__all__ = ["FMI_VERSIONS", "fmu_bytes"]
+
+FMI_VERSIONS = ("2.0", "3.0")
+BASE_UNITS = {
+    "s": {"s": 1}, "kg": {"kg": 1}, "m": {"m": 1}, "m2": {"m": 2}, "m/s": {"m": 1, "s": -1},
+    "N": {"kg": 1, "m": 1, "s": -2}, "N/m": {"kg": 1, "s": -2}, "N s/m": {"kg": 1, "s": -1},
+    "Pa": {"kg": 1, "m": -1, "s": -2}, "% of span": {"factor": 0.01},
+}  # fmt: skip
+"""Unit -> exponents of the base units, and its factor; of others only the name is known."""
 
 
 def fmu_bytes(block: Block, fmi: str) -> tuple[bytes, str]:
@@ -30,26 +36,22 @@ def fmu_bytes(block: Block, fmi: str) -> tuple[bytes, str]:
     fmi : str
         "2.0" or "3.0".
     """
-    token = "{" + str(uuid.uuid5(uuid.NAMESPACE_URL, f"{fmi} {c_source(block)}")) + "}"
-    sources = {
-        f"{block.name}.h": c_header(block),
-        f"{block.name}.c": c_source(block),
-        "fmu.c": _glue(block, fmi, token),
-        "fmi_common.h": _template("fmi_common.h"),
-        f"fmi{fmi[0]}.c": _template(f"fmi{fmi[0]}.c"),
-    }
-    content: dict[str, bytes] = {"modelDescription.xml": describe_model(block, fmi, token).encode()}
-    content |= {f"sources/{name}": text.encode() for name, text in sources.items()}
+    source = render(block, "model.c")
+    token = "{" + str(uuid.uuid5(uuid.NAMESPACE_URL, f"{fmi} {source}")) + "}"
+    sources = {f"{block.name}.h": render(block, "model.h"), f"{block.name}.c": source}
+    for name in ("fmu.c", "fmi_common.h", f"fmi{fmi[0]}.c"):
+        sources[name] = render(block, name, fmi=fmi, token=token)
+    texts = {"modelDescription.xml": _describe(block, fmi, token)}
+    texts |= {f"sources/{name}": text for name, text in sources.items()}
     if fmi == "3.0":
-        content["sources/buildDescription.xml"] = build_description(block).encode()
-    found = this_platform()
-    folder = found[int(fmi[0]) - 2] if found else ""
-    if not found or not folder:
-        note = f"FMI {fmi} has no name for this platform, so the FMU has its C source only."
-    else:
+        texts["sources/buildDescription.xml"] = render(block, "buildDescription.xml")
+    content = {name: text.encode() for name, text in texts.items()}
+    *folders, ending = this_platform()
+    folder = folders[FMI_VERSIONS.index(fmi)]
+    note = f"FMI {fmi} has no name for this platform, so the FMU has its C source only."
+    if folder:
         try:
-            binary, compiler = _build(sources, found[2])
-            content[f"binaries/{folder}/{block.name}{found[2]}"] = binary
+            content[f"binaries/{folder}/{block.name}{ending}"], compiler = build_library(sources, "fmu.c")
             note = f"With a binary for {folder}, built by {compiler}, and its C source."
         except BuildError as error:
             note = f"With its C source only: {error}. Build it on the target, for example with `fmpy compile`."
@@ -60,47 +62,18 @@ def fmu_bytes(block: Block, fmi: str) -> tuple[bytes, str]:
     return packed.getvalue(), note
 
 
-def _build(sources: dict[str, str], ending: str) -> tuple[bytes, str]:
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        for file, text in sources.items():
-            (folder / file).write_text(text, encoding="utf-8")
-        compiler = build_library(folder / "fmu.c", folder / f"library{ending}")
-        return (folder / f"library{ending}").read_bytes(), compiler
-
-
-def _template(name: str) -> str:
-    return (files("stiction.export") / "templates" / name).read_text(encoding="utf-8")
-
-
-def _glue(block: Block, fmi: str, token: str) -> str:
-    """The C that joins the model to the functions of FMI: its variables in one array."""
-    name, n = block.name, len(block.settings)
-    at = {one.name: f"v[{k}]" for k, one in enumerate([*block.parameters, *block.inputs])}
-    start = ", ".join(" ".join(at.get(word, word) for word in text.split()) for _, text in block.start_arguments)
-    fields = [block.syntax.name(one.name) for one in block.settings]
-    first = [block.syntax.number(one.value) for one in (*block.starts, *block.inputs)]
-    lines = [
-        f'#include "{name}.c"', "",
-        f"#define MODEL {name}_model",
-        f'#define TOKEN "{token}"',
-        f"enum {{ N_PARAMETERS = {len(block.parameters)}, N_INPUTS = {len(block.inputs)}, "
-        f"N_OUTPUTS = {len(block.outputs)} }};", "",
-        "static void glue_defaults(MODEL *m, double *v) {",
-        f"    {name}_defaults(m);",
-        *(f"    v[{k}] = m->parameters.{field};" for k, field in enumerate(fields)),
-        *(f"    v[{n + k}] = {value};" for k, value in enumerate(first)),
-        "}", "",
-        "static int glue_start(MODEL *m, const double *v) {",
-        *(f"    m->parameters.{field} = v[{k}];" for k, field in enumerate(fields)),
-        f"    return {name}_start(m, {start});",
-        "}", "",
-        f"static const char *glue_refusal(int wrong) {{ return {name}_refusal(wrong); }}", "",
-        "static void glue_step(MODEL *m, const double *u) { "
-        f"{name}_step(m, {', '.join(f'u[{k}]' for k in range(len(block.inputs)))}); }}", "",
-        "static void glue_outputs(const MODEL *m, double *y) {",
-        *(f"    y[{k}] = m->{one.name};" for k, one in enumerate(block.outputs)),
-        "}", "",
-        f'#include "fmi{fmi[0]}.c"',
-    ]  # fmt: skip
-    return "\n".join(lines) + "\n"
+def _describe(block: Block, fmi: str, token: str) -> str:
+    """``modelDescription.xml``; the variables in the order of their value references."""
+    known = [
+        *((one, "parameter") for one in block.parameters),
+        *((one, "input") for one in block.inputs),
+        *((one, "output") for one in block.outputs),
+        (Variable("dt", block.dt, "s", "Sampling period of the model."), "constant"),
+        (Variable("time", 0.0, "s", "Time."), "independent"),
+    ]
+    units = [(unit, BASE_UNITS.get(unit)) for unit in sorted({one.unit for one, _ in known}) if unit != "-"]
+    return render(
+        block, "modelDescription.xml", fmi=fmi, token=token, variables=known, units=units,
+        time=datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
+        output_places=[k for k, (_, role) in enumerate(known) if role == "output"],
+    )  # fmt: skip

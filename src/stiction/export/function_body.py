@@ -7,13 +7,13 @@ import builtins
 import inspect
 import re
 import textwrap
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stiction.export.expressions import Expressions
-from stiction.export.syntax import Array, Type
-from stiction.export.values import Fixed, Items, Settings, TranslationError, Value
+from stiction.export.values import Settings, TranslationError, Type, Value, is_known
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -29,65 +29,62 @@ class FunctionBody(Expressions):
         self.function = function
         self.file, self.tree = _parse(function)
         self.known = {**vars(builtins), **function.__globals__}
-        self.depth = 0
+        self.node: ast.stmt | None = None
+        self.depth = self.temporaries = 0
         self.lines: list[str] = []
         self.top: list[str] = []
-        self.declared: dict[str, Type] = {}
         self.result: Type | None = None
-        self.fixed_result: list[Fixed] = []
+        self.fixed_result: list[Any] = []
         names = [argument.arg for argument in self.tree.args.args]
         if len(names) != len(arguments):
             raise TranslationError(f"{function.__name__} takes {len(names)} arguments, not {len(arguments)}")
+        self.env = dict(zip(names, arguments, strict=True))
         self.signature: list[tuple[str, Type | None]] = []
-        for name, value in zip(names, arguments, strict=True):
+        for name, value in self.env.items():
             shown = self.syntax.name(name)
-            if isinstance(value, Value):
-                self.env[name] = Value(value.type, shown)
-                self.declared[name] = value.type
-                self.signature.append((shown, value.type))
-            elif isinstance(value, Settings):
-                self.env[name] = Settings(value.model, value.adjustable, shown, value.prefix)
-                self.signature.append((shown, None))
-            else:
-                self.env[name] = value
-        stores = [node.id for node in ast.walk(self.tree) if isinstance(node, ast.Name) and _is_store(node)]
-        stores += [node.target.id for node in ast.walk(self.tree) if isinstance(node, ast.AugAssign)
-                   and isinstance(node.target, ast.Name)]  # fmt: skip
+            if isinstance(value, (Value, Settings)):
+                self.env[name] = Value(value.type, shown) if isinstance(value, Value) else replace(value, text=shown)
+                self.signature.append((shown, getattr(value, "type", None)))
+        self.declared = {name: one.type for name, one in self.env.items() if isinstance(one, Value)}
+        stores = [
+            node.id for node in ast.walk(self.tree) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)
+        ]
         self.varies = {name for name in stores if stores.count(name) > 1 or name in names}
 
-    def translate(self) -> tuple[str, Type] | Fixed:
-        """Translate; return the name of the function and the type of its result, or the result if it is known."""
+    def translate(self) -> tuple[str, Type] | tuple[None, Any]:
+        """Translate; return the name of the function and the type of its result, or None and the result if known."""
         name = self.translator.name_function(self.function)
         try:
             self.block(self.tree.body, last=True)
         except TranslationError as error:
-            if not getattr(error, "placed", False):
-                line = getattr(self.node, "lineno", 0)
-                error = TranslationError(
-                    f"{self.file}, line {line}: {error}; this cannot be translated to {self.syntax.language}."
-                )
-                error.placed = True  # type: ignore[attr-defined]
-            raise error from None
-        if self.result is None and self.lines:
-            self.result = "void"
-        if self.result is None:
             del self.translator.functions[name]
-            return self.fixed_result[0] if self.fixed_result else Fixed(None)
+            if getattr(error, "placed", False):
+                raise
+            line = getattr(self.node, "lineno", 0)
+            placed = TranslationError(
+                f"{self.file}, line {line}: {error}; this cannot be translated to {self.syntax.language}."
+            )
+            placed.placed = True  # type: ignore[attr-defined]
+            raise placed from None
+        if self.result is None and not self.lines:
+            del self.translator.functions[name]
+            return None, (self.fixed_result or [None])[0]
+        result = self.result or "void"
         body = [f"    {line}" for line in [*self.top, *self.lines]]
-        text = "\n".join(body)
-        if self.syntax.language == "C":
-            idle = [f"    {self.syntax.unused(shown)}" for shown, _ in self.signature if not _count(text, shown)]
-            known = {shown for shown, _ in self.signature}
-            for shown in (self.syntax.name(name) for name in self.declared):
-                if shown not in known and _count(text, shown) == 1:
-                    at = next(k for k, line in enumerate(body) if _count(line, shown))
-                    body.insert(at + 1, f"    {self.syntax.unused(shown)}")
-            body[:0] = idle
+        if self.syntax.is_c:
+            self._mark_unused(body)
         comment = " ".join((inspect.getdoc(self.function) or self.function.__name__).split("\n\n")[0].split())
-        comment = comment.replace("*/", "* /")
-        self.translator.functions[name] = self.syntax.function(name, self.signature, self.result, comment, body)
-        self.translator.functions[name] = self.translator.functions.pop(name)
-        return name, self.result
+        del self.translator.functions[name]  # behind the functions that it calls
+        self.translator.functions[name] = (self.signature, result, comment, body)
+        return name, result
+
+    def _mark_unused(self, body: list[str]) -> None:
+        text, known = "\n".join(body), [shown for shown, _ in self.signature]
+        for shown in (self.syntax.name(name) for name in self.declared):
+            if shown not in known and _count(text, shown) == 1:
+                at = next(k for k, line in enumerate(body) if _count(line, shown))
+                body.insert(at + 1, f"    {self.syntax.write('unused', shown)}")
+        body[:0] = [f"    {self.syntax.write('unused', shown)}" for shown in known if not _count(text, shown)]
 
     def emit(self, *lines: str) -> None:
         """Add lines at the depth of the current block."""
@@ -97,71 +94,73 @@ class FunctionBody(Expressions):
         """Translate statements; return whether they always leave the function."""
         for k, statement in enumerate(statements):
             self.node = statement
-            handle = getattr(self, f"_do_{type(statement).__name__}", None)
-            if handle is None:
-                raise TranslationError(f"the statement `{type(statement).__name__.lower()}` is not known")
-            if handle(statement, last and k == len(statements) - 1 and self.depth == 0):
+            if self.statement(statement, last=last and k == len(statements) - 1 and self.depth == 0):
                 return True
         return False
 
-    def _do_Expr(self, node: ast.Expr, last: bool) -> None:
-        del last
-        if isinstance(node.value, ast.Constant):
-            return
-        done = self.value(node.value)
-        if not (isinstance(done, Value) and done.type == "void"):
-            raise TranslationError("a statement without effect is not known")
-        self.emit(self.syntax.statement(done.text))
+    def statement(self, node: ast.stmt, *, last: bool) -> bool:
+        """Translate a statement; return whether it always leaves the function."""
+        match node:
+            case ast.Pass() | ast.Delete() | ast.Assert() | ast.Expr(ast.Constant()) | ast.AnnAssign(value=None):
+                pass
+            case ast.Expr(call):
+                done = self.value(call)
+                if not (isinstance(done, Value) and done.type == "void"):
+                    raise TranslationError("a statement without effect is not known")
+                self.emit(self.syntax.write("call", done.text))
+            case ast.Assign([target], value) | ast.AnnAssign(target, _, ast.expr() as value):
+                self.assign(target, value)
+            case ast.AugAssign(target, sign, value):
+                self.assign(target, ast.copy_location(ast.BinOp(_loaded(target), sign, value), node))
+            case ast.If():
+                return self.branches(node, last=last)
+            case ast.For(ast.Name(name), ast.Call(ast.Name("range"), ends), orelse=[]) if len(ends) < 3:
+                values = [self.translator.as_value(self.value(end)) for end in ends]
+                if any(value.type != "int" for value in values):
+                    raise TranslationError("the ends of a range must be whole numbers")
+                shown = self.syntax.name(name)
+                self.env[name] = Value("int", shown)
+                self.loop(node.body, "for", shown, "0" if len(ends) == 1 else values[0].text, values[-1].text)
+            case ast.For():
+                raise TranslationError("a loop needs a range of at most two ends, and one name")
+            case ast.While(orelse=[]):
+                self.loop(node.body, "while", self.condition(node.test).text)
+            case ast.Return(value):
+                return self.leave(value and self.value(value), last=last)
+            case ast.Raise():  # a refusal gives NaN, which the function that starts the model reports
+                return self.leave(float("nan"), last=last)
+            case _:
+                raise TranslationError(f"the statement `{type(node).__name__.lower()}` is not known")
+        return False
 
-    def _do_Pass(self, node: ast.Pass, last: bool) -> None:
-        """Nothing to do."""
-
-    def _do_Delete(self, node: ast.Delete, last: bool) -> None:
-        """Nothing to do: the arguments deleted are not used."""
-
-    def _do_Assert(self, node: ast.Assert, last: bool) -> None:
-        """Nothing to do: it is for the type checker."""
-
-    def _do_Assign(self, node: ast.Assign, last: bool) -> None:
-        del last
-        target, value = node.targets[0], self.value(node.value)
-        if isinstance(target, ast.Tuple):
-            names = [part.id for part in target.elts if isinstance(part, ast.Name)]
-            parts = self.unpack(value, len(target.elts))
-            later = {n.id for part in getattr(node.value, "elts", [])[1:] for n in ast.walk(part)
-                     if isinstance(n, ast.Name)}  # fmt: skip
-            if later & set(names[:-1]):
-                parts = [self.keep(part) for part in parts]
-            for part, item in zip(target.elts, parts, strict=True):
-                self.store(part, item)
-        else:
+    def assign(self, target: ast.expr, node: ast.expr) -> None:
+        """Assign the value of an expression to names or entries of arrays."""
+        value = self.value(node)
+        if not isinstance(target, ast.Tuple):
             self.store(target, value)
-
-    def _do_AnnAssign(self, node: ast.AnnAssign, last: bool) -> None:
-        del last
-        if node.value is not None:
-            self.store(node.target, self.value(node.value))
-
-    def _do_AugAssign(self, node: ast.AugAssign, last: bool) -> None:
-        del last
-        left = ast.copy_location(ast.parse(ast.unparse(node.target), mode="eval").body, node)
-        self.store(node.target, self.value(ast.copy_location(ast.BinOp(left, node.op, node.value), node)))
+            return
+        parts = self.parts(value, len(target.elts))
+        later = {n.id for part in getattr(node, "elts", [])[1:] for n in ast.walk(part) if isinstance(n, ast.Name)}
+        if later & {part.id for part in target.elts[:-1] if isinstance(part, ast.Name)}:
+            parts = [self.keep(part) if isinstance(part, Value) else part for part in parts]
+        for part, item in zip(target.elts, parts, strict=True):
+            self.store(part, item)
 
     def store(self, target: ast.expr, value: Any) -> None:
         """Assign a value to a name or to an entry of an array."""
         if isinstance(target, ast.Subscript):
-            place = self.value(ast.copy_location(ast.Subscript(target.value, target.slice, ast.Load()), target))
-            self.emit(self.syntax.assign(place.text, self.number(value).text, None))
+            self.emit(self.syntax.assign(self.value(_loaded(target)).text, self.number(value).text))
             return
         if not isinstance(target, ast.Name):
             raise TranslationError("only a name or an entry of an array can be assigned")
-        if target.id == "_":
+        if (name := target.id) == "_":
             return
-        name = target.id
-        plain = isinstance(value, Fixed) and isinstance(value.value, (bool, int, float))
-        if isinstance(value, (Fixed, Items, Settings)) and not (plain and (name in self.varies or self.depth)):
+        is_number = isinstance(value, (bool, int, float)) and (name in self.varies or self.depth > 0)
+        if not (is_number or isinstance(value, Value)):
             if self.depth and name in self.declared:
                 raise TranslationError(f"{name} is a number elsewhere")
+            if not is_known(value) and self.varies & set(re.findall(r"\w+", repr(value))):
+                raise TranslationError(f"{name} holds numbers that change")
             self.env[name] = value
             return
         value = self.translator.as_value(value)
@@ -170,46 +169,59 @@ class FunctionBody(Expressions):
             return
         if known == "double" and value.type == "int":
             value = self.translator.real(value)
-        if known is not None and known != value.type:
+        if known not in (None, value.type):
             raise TranslationError(f"{name} has two types")
         if known is None:
             self.declared[name] = value.type
-            if self.depth and self.syntax.language == "C":
-                self.top.append(self.syntax.declare(shown, value.type))
+            if self.depth and self.syntax.is_c:
+                zero = {"int": "0", "bool": "0", "double": "0.0"}.get(str(value.type), "{0}")
+                self.top.append(self.syntax.assign(shown, zero, value.type))
                 known = value.type
         self.emit(self.syntax.assign(shown, value.text, value.type if known is None else None))
         self.env[name] = Value(value.type, shown)
 
-    def keep(self, value: Any) -> Any:
+    def keep(self, value: Value) -> Value:
         """The value in a variable of its own."""
-        if not isinstance(value, Value) or value.text.isidentifier():
+        if value.text.isidentifier():
             return value
         self.temporaries += 1
-        name = f"t{self.temporaries}"
-        self.emit(self.syntax.assign(name, value.text, value.type))
-        return Value(value.type, name)
+        self.emit(self.syntax.assign(f"t{self.temporaries}", value.text, value.type))
+        return Value(value.type, f"t{self.temporaries}")
 
-    def _do_If(self, node: ast.If, last: bool) -> bool:
-        test = self.truth(self.value(node.test))
-        if isinstance(test, Fixed):
-            return self.block(node.body if test.value else node.orelse, last=last)
-        self.emit(self.syntax.begin_if(test.text))
-        left = [self.inner(node.body)]
-        rest = node.orelse
+    def condition(self, node: ast.expr) -> Value:
+        """A condition that is evaluated again and again, or after others."""
+        before, test = len(self.lines), self.truth(self.value(node))
+        if not isinstance(test, Value) or len(self.lines) > before:
+            raise TranslationError("this condition is constant, or takes a record apart")
+        return test
+
+    def branches(self, node: ast.If, *, last: bool) -> bool:
+        """Translate an `if` and its `elif` and `else`; what is known beforehand is left out."""
+        left, rest, word = [], [node], "if"
         while len(rest) == 1 and isinstance(rest[0], ast.If):
-            self.node = rest[0]
+            self.node, before = rest[0], len(self.lines)
             test = self.truth(self.value(rest[0].test))
-            if isinstance(test, Fixed):
-                rest = rest[0].body if test.value else rest[0].orelse
+            if not isinstance(test, Value):
+                rest = rest[0].body if test else rest[0].orelse
                 continue
-            self.emit(self.syntax.begin_if(test.text, chained=True))
+            if word == "elif" and len(self.lines) > before:
+                raise TranslationError("a condition after `elif` takes a record apart")
+            self.emit(self.syntax.write(word, test.text))
             left.append(self.inner(rest[0].body))
-            rest = rest[0].orelse
+            rest, word = rest[0].orelse, "elif"
+        if word == "if":
+            return self.block(rest, last=last)
         if rest:
-            self.emit(self.syntax.otherwise())
+            self.emit(self.syntax.write("else"))
             left.append(self.inner(rest))
-        self.emit(self.syntax.end)
+        self.emit(self.syntax.write("end"))
         return bool(rest) and all(left)
+
+    def loop(self, statements: Sequence[ast.stmt], *parts: str) -> None:
+        """A loop with these words at its head."""
+        self.emit(self.syntax.write(*parts))
+        self.inner(statements)
+        self.emit(self.syntax.write("end"))
 
     def inner(self, statements: Sequence[ast.stmt]) -> bool:
         """Translate the statements of a branch or a loop."""
@@ -218,52 +230,11 @@ class FunctionBody(Expressions):
         self.depth -= 1
         return left
 
-    def _do_For(self, node: ast.For, last: bool) -> None:
-        del last
-        call = node.iter
-        if not (isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id == "range"):
-            raise TranslationError("a loop over anything but a range is not known")
-        if not isinstance(node.target, ast.Name) or len(call.args) > 2 or node.orelse:
-            raise TranslationError("a loop needs one name and at most two ends")
-        ends = [self.translator.as_value(self.value(end)) for end in call.args]
-        if any(end.type != "int" for end in ends):
-            raise TranslationError("the ends of a range must be whole numbers")
-        name = self.syntax.name(node.target.id)
-        self.env[node.target.id] = Value("int", name)
-        self.emit(self.syntax.begin_for(name, "0" if len(ends) == 1 else ends[0].text, ends[-1].text))
-        self.inner(node.body)
-        self.emit(self.syntax.end)
-
-    def _do_While(self, node: ast.While, last: bool) -> None:
-        del last
-        test = self.truth(self.value(node.test))
-        if isinstance(test, Fixed) or node.orelse:
-            raise TranslationError("a loop without an end is not known")
-        self.emit(self.syntax.begin_while(test.text))
-        self.inner(node.body)
-        self.emit(self.syntax.end)
-
-    def _do_Return(self, node: ast.Return, last: bool) -> bool:
-        value = self.value(node.value) if node.value is not None else Fixed(None)
-        if self.translator.filling is self.function:
-            parts = self.unpack(value)
-            self.emit(*self.syntax.fill([self.number(part).text for part in parts]))
-            self.result = Array(len(parts))
-            return True
-        if isinstance(value, Items) and all(isinstance(item, Fixed) for item in value.items):
-            value = Fixed(tuple(item.value for item in value.items))
-        if isinstance(value, Fixed) and self.depth == 0 and self.result is None and not self.lines:
-            self.fixed_result.append(value)
-            return True
-        return self.leave(value, last=last)
-
-    def _do_Raise(self, node: ast.Raise, last: bool) -> bool:
-        """A refusal gives NaN, which the function that starts the model reports."""
-        del node
-        return self.leave(Fixed(float("nan")), last=last)
-
     def leave(self, value: Any, *, last: bool) -> bool:
         """Return a value from the function."""
+        if is_known(value) and not self.lines and self.depth == 0 and self.result is None:
+            self.fixed_result.append(value)
+            return True
         value = self.translator.as_value(value)
         if not isinstance(value, Value):
             raise TranslationError("the result is not a number or a record of numbers")
@@ -272,16 +243,17 @@ class FunctionBody(Expressions):
         if self.result not in (None, value.type):
             raise TranslationError("the function returns two types")
         self.result = value.type
-        self.emit(*self.syntax.returned(value.text, last=last))
+        self.emit(self.syntax.write("return", value.text), *([] if last or self.syntax.is_c else ["return"]))
         return True
+
+
+def _loaded(target: ast.expr) -> ast.expr:
+    """The target of an assignment as an expression."""
+    return ast.parse(ast.unparse(target), mode="eval").body
 
 
 def _count(text: str, name: str) -> int:
     return len(re.findall(rf"\b{re.escape(name)}\b", text))
-
-
-def _is_store(node: ast.Name) -> bool:
-    return isinstance(node.ctx, ast.Store)
 
 
 @cache

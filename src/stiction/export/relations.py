@@ -7,7 +7,7 @@ import inspect
 from typing import TYPE_CHECKING
 
 from stiction.export.function_body import FunctionBody
-from stiction.export.values import Fixed, TranslationError
+from stiction.export.values import TranslationError, Value
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -39,15 +39,15 @@ def _find_refusals(body: FunctionBody, statements: Sequence[ast.stmt], found: li
         try:
             if isinstance(statement, ast.If):
                 test = body.truth(body.value(statement.test))
-                if isinstance(test, Fixed):
-                    _find_refusals(body, statement.body if test.value else statement.orelse, found)
+                if not isinstance(test, Value):
+                    _find_refusals(body, statement.body if test else statement.orelse, found)
                 elif isinstance(statement.body[-1], ast.Raise) and not body.lines:
                     found.append((test.text, ast.unparse(statement.test).replace("self.", "")))
             elif isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Call):
                 called = body.value(statement.value.func)
-                if isinstance(called, Fixed) and inspect.isfunction(called.value):
+                if inspect.isfunction(called):
                     given = [body.value(one) for one in statement.value.args]
-                    inner = FunctionBody(body.translator, called.value, given)
+                    inner = FunctionBody(body.translator, called, given)
                     inner.env = dict(zip(inner.env, given, strict=True))
                     _find_refusals(inner, inner.tree.body, found)
         except TranslationError:

@@ -1,86 +1,103 @@
-"""How C99 and MATLAB write what the translator found: types, numbers, functions and statements."""
+"""How C99 and MATLAB write what the translator found: numbers, names, operators and statements."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING
 
-__all__ = ["MATLAB", "Array", "C", "CSyntax", "MatlabSyntax", "Struct", "Type", "Value"]
+from stiction.export.values import Struct, Value
 
-_C = (
-    "auto break case char const continue default do double else enum extern float for goto if inline int long register "
-    "restrict return short signed sizeof static struct switch typedef union unsigned void volatile while main "
-    "bool true false complex NAN INFINITY"
-)
-_MATLAB = (
-    "break case catch classdef continue else elseif end for function global if otherwise parfor persistent return "
-    "spmd switch try while i j pi inf nan eps"
-)
-C_RESERVED, MATLAB_RESERVED = frozenset(_C.split()), frozenset(_MATLAB.split())
+if TYPE_CHECKING:
+    from stiction.export.values import Type
 
+__all__ = ["FUNCTIONS", "HELPERS", "RESERVED", "Syntax"]
 
-class Struct(NamedTuple):
-    """A record with named fields."""
-
-    name: str
-    fields: tuple[tuple[str, Type], ...]
-
-
-class Array(NamedTuple):
-    """An array of numbers of fixed length, handed over by reference."""
-
-    length: int
-    writable: bool = False
-    columns: int = 0
-    """Columns of a matrix, which is handed over row by row; 0 for a series."""
-
-
-Type = str | Struct | Array
-"""'double', 'int', 'bool', a record or an array."""
-
-
-@dataclass(frozen=True)
-class Value:
-    """A number or record that is computed when the model runs."""
-
-    type: Type
-    text: str
-    rank: int = 10
-    """How tightly its operator binds; 10 for a name."""
-
-
-C_HELPERS = {
-    "least": "static double least(double a, double b) { return b < a ? b : a; }",
-    "greatest": "static double greatest(double a, double b) { return b > a ? b : a; }",
-    "int_least": "static int int_least(int a, int b) { return b < a ? b : a; }",
-    "int_greatest": "static int int_greatest(int a, int b) { return b > a ? b : a; }",
+_WORDS = {
+    "C": "auto break case char const continue default do double else enum extern float for goto if inline int long "
+    "register restrict return short signed sizeof static struct switch typedef union unsigned void volatile while main "
+    "bool true false complex NAN INFINITY",
+    "MATLAB": "break case catch classdef continue else elseif end for function global if otherwise parfor persistent "
+    "return spmd switch try while i j pi inf nan eps",
+    "Modelica": "algorithm and annotation assert block class connect connector constant constrainedby der discrete "
+    "each elsewhen encapsulated end enumeration equation expandable extends external final flow function impure import "
+    "in initial inner input loop model not operator or outer output package parameter partial protected public pure "
+    "record redeclare replaceable stream then time type when within",
+    "FMI": "math stdio stdlib string stdint stdbool fmu fmi2 fmi3 fmi_common sample_model memory",
 }
-MATLAB_HELPERS = {
-    "choose": "function y = choose(c, a, b)\nif c\n    y = a;\nelse\n    y = b;\nend\nend",
-    "copysign": "function y = copysign(x, s)\nif s < 0 || (s == 0 && 1 / s < 0)\n    y = -abs(x);\nelse\n"
-    "    y = abs(x);\nend\nend",
-    "round_even": "function y = round_even(x)\ny = round(x);\nif abs(x - fix(x)) == 0.5\n    y = 2 * round(x / 2);\n"
-    "end\nend",
+RESERVED = {language: frozenset(words.split()) for language, words in _WORDS.items()}
+"""Words that no name can be, of each language; of FMI the files and functions of an FMU, in any case."""
+
+FORMS = {
+    "C": {
+        "!=": "!=", "not": "!{}", "and": " && ", "or": " || ", "choose": "({} ? {} : {})", "whole": "(int)({})",
+        "quotient": "{} / {}", "field": "{}.{}", "parameter": "{}->{}", "member": "m->{}", "entry": "{}[{}]",
+        "call": "{};", "assign": "{} = {};", "return": "return {};", "unused": "(void){};",
+        "if": "if ({}) {{", "elif": "}} else if ({}) {{", "else": "}} else {{", "end": "}}",
+        "for": "for (int {0} = {1}; {0} < {2}; {0}++) {{", "while": "while ({}) {{",
+    },
+    "MATLAB": {
+        "!=": "~=", "not": "~{}", "and": " && ", "or": " || ", "choose": "choose({}, {}, {})", "whole": "fix({})",
+        "quotient": "floor({} / {})", "field": "{}.{}", "parameter": "{}.{}", "member": "m.{}", "entry": "{}({})",
+        "call": "{};", "assign": "{} = {};", "return": "result = {};",
+        "if": "if {}", "elif": "elseif {}", "else": "else", "end": "end",
+        "for": "for {0} = {1}:{2} - 1", "while": "while {}",
+    },
+}  # fmt: skip
+"""Texts of operators and statements."""
+
+_PLAIN = {name: name for name in ("copysign", "exp", "expm1", "sqrt", "ceil", "floor", "log")}
+FUNCTIONS = {
+    "C": {**_PLAIN, "abs": "fabs", "fabs": "fabs", "min": "least", "max": "greatest", "round": "rint"},
+    "MATLAB": {**_PLAIN, "abs": "abs", "fabs": "abs", "min": "min", "max": "max", "round": "round_even"},
 }
+"""Function of Python or `math` -> its name."""
+
+HELPERS = {"C": ("least", "greatest", "int_least", "int_greatest"), "MATLAB": ("choose", "copysign", "round_even")}
+"""Functions that a language lacks; the templates hold them."""
 
 
-class CSyntax:
-    """C99 with no library but ``math.h``."""
+class Syntax:
+    """Writes in one language.
 
-    language = "C"
-    reserved = C_RESERVED
-    helpers = C_HELPERS
-    comment = "/* {} */"
-    end = "}"
-    functions = {  # noqa: RUF012 - a table
-        "abs": "fabs", "min": "least", "max": "greatest", "round": "rint", "copysign": "copysign", "exp": "exp",
-        "expm1": "expm1", "sqrt": "sqrt", "ceil": "ceil", "floor": "floor", "fabs": "fabs", "log": "log", "pow": "pow",
-    }  # fmt: skip
-    operators = {"!=": "!=", "not": "!", "and": "&&", "or": "||"}  # noqa: RUF012 - a table
+    Parameters
+    ----------
+    language : str
+        "C" or "MATLAB".
+    prefix : str
+        What the names of records begin with.
+    """
 
-    def __init__(self, prefix: str) -> None:
-        self.prefix = prefix
+    def __init__(self, language: str, prefix: str) -> None:
+        self.language, self.prefix, self.is_c = language, prefix, language == "C"
+
+    def write(self, form: str, *parts: str) -> str:
+        """An operator or a statement of `FORMS`."""
+        return FORMS[self.language][form].format(*parts)
+
+    def number(self, value: float | bool) -> str:
+        """A constant; in C hexadecimal where a short decimal is not exact."""
+        if isinstance(value, (bool, int)):
+            return str(int(value)) if self.is_c else str(value).lower()
+        value = float(value)
+        if not math.isfinite(value):
+            names = {"nan": "NAN", "inf": "INFINITY"} if self.is_c else {"nan": "NaN", "inf": "Inf"}
+            return f"{'-' if value < 0 else ''}{names[str(abs(value))]}"
+        exact = abs(value) < 1e6 and (value * 64.0).is_integer()
+        return value.hex() if self.is_c and not exact else repr(value)
+
+    def name(self, name: str) -> str:
+        """Name that the language does not reserve."""
+        return f"{name}_" if name in RESERVED[self.language] else name
+
+    def field(self, text: str, name: str) -> str:
+        """Field of a record."""
+        return self.write("field", text, self.name(name))
+
+    def entry(self, text: str, index: str) -> str:
+        """Entry of an array, counted from 0."""
+        if not self.is_c:
+            index = str(int(index) + 1) if index.isdigit() else f"{index} + 1"
+        return self.write("entry", text, index)
 
     def type_name(self, kind: Type) -> str:
         """Name of a type."""
@@ -88,210 +105,20 @@ class CSyntax:
             return f"{self.prefix}_{kind.name}"
         return "int" if kind == "bool" else str(kind)
 
-    def statement(self, text: str) -> str:
-        """A call without a result."""
-        return f"{text};"
-
-    def number(self, value: float | bool) -> str:
-        """A constant; hexadecimal where a short decimal is not exact."""
-        if isinstance(value, (bool, int)):
-            return str(int(value))
-        if math.isnan(value):
-            return "NAN"
-        if math.isinf(value):
-            return "INFINITY" if value > 0 else "-INFINITY"
-        return repr(value) if abs(value) < 1e6 and (value * 64.0).is_integer() else value.hex()
-
-    def field(self, text: str, name: str) -> str:
-        """Field of a record."""
-        return f"{text}.{self.name(name)}"
-
-    def parameter(self, text: str, name: str) -> str:
-        """Field of the parameters, handed over by reference."""
-        return f"{text}->{self.name(name)}"
-
-    def member(self, name: str) -> str:
-        """Field of the exported model."""
-        return f"m->{name}"
-
-    def name(self, name: str) -> str:
-        """Name that the language does not reserve."""
-        return f"{name}_" if name in self.reserved else name
-
-    def index(self, text: str, index: str) -> str:
-        """Entry of an array, counted from 0."""
-        return f"{text}[{index}]"
-
     def record(self, kind: Struct, values: list[str]) -> str:
         """A record with these fields."""
-        return f"({self.type_name(kind)}){{{', '.join(values)}}}"
-
-    def choose(self, test: str, yes: str, no: str) -> str:
-        """One of two values."""
-        return f"({test} ? {yes} : {no})"
-
-    def whole(self, text: str) -> str:
-        """Whole part of a number."""
-        return f"(int)({text})"
-
-    def real(self, value: Value) -> Value:
-        """A whole number as a number."""
-        return Value("double", f"(double)({value.text})", 9)
-
-    def divide_whole(self, a: str, b: str) -> str:
-        """Quotient of two whole numbers of 0 or more."""
-        return f"{a} / {b}"
-
-    def assign(self, name: str, text: str, kind: Type | None) -> str:
-        """Assignment; with a type also the declaration."""
-        return f"{self.type_name(kind)} {name} = {text};" if kind is not None else f"{name} = {text};"
-
-    def declare(self, name: str, kind: Type) -> str:
-        """Declaration of a variable that is assigned in a branch."""
-        zero = "{0}" if isinstance(kind, Struct) else "0" if kind in ("int", "bool") else "0.0"
-        return f"{self.type_name(kind)} {name} = {zero};"
-
-    def unused(self, name: str) -> str:
-        """Statement that uses a variable."""
-        return f"(void){name};"
-
-    def begin_if(self, test: str, *, chained: bool = False) -> str:
-        """First line of a branch."""
-        return f"}} else if ({test}) {{" if chained else f"if ({test}) {{"
-
-    def otherwise(self) -> str:
-        """Line between two branches."""
-        return "} else {"
-
-    def begin_for(self, name: str, first: str, last: str) -> str:
-        """First line of a loop over whole numbers."""
-        return f"for (int {name} = {first}; {name} < {last}; {name}++) {{"
-
-    def begin_while(self, test: str) -> str:
-        """First line of a loop."""
-        return f"while ({test}) {{"
-
-    def returned(self, text: str, *, last: bool) -> list[str]:
-        """Lines that return a value."""
-        del last
-        return [f"return {text};"]
-
-    def fill(self, texts: list[str]) -> list[str]:
-        """Lines that write the result to an array."""
-        return [f"p[{k}] = {text};" for k, text in enumerate(texts)]
-
-    def function(
-        self, name: str, arguments: list[tuple[str, Type | None]], result: Type, comment: str, body: list[str]
-    ) -> str:
-        """A function; an argument without a type is the parameters."""
-        signature = self.signature(arguments)
-        if isinstance(result, Array):
-            returned, signature = "void", f"{signature}, double *p"
-        else:
-            returned = self.type_name(result)
-        return "\n".join([f"/* {comment} */", f"static {returned} {name}({signature}) {{", *body, "}"])
-
-    def signature(self, arguments: list[tuple[str, Type | None]]) -> str:
-        """The arguments of a function with their types."""
-        shown = []
-        for name, kind in arguments:
-            if kind is None:
-                shown.append(f"const {self.prefix}_parameters *{name}")
-            elif isinstance(kind, Array):
-                shown.append(f"{'' if kind.writable else 'const '}double *{name}")
-            else:
-                shown.append(f"{self.type_name(kind)} {name}")
-        return ", ".join(shown) or "void"
-
-
-class MatlabSyntax(CSyntax):
-    """MATLAB, as in a function file or a MATLAB Function block."""
-
-    language = "MATLAB"
-    reserved = MATLAB_RESERVED
-    helpers = MATLAB_HELPERS
-    comment = "% {}"
-    end = "end"
-    functions = {**CSyntax.functions, "abs": "abs", "fabs": "abs", "min": "min", "max": "max", "round": "round_even"}  # noqa: RUF012 - a table
-    operators = {"!=": "~=", "not": "~", "and": "&&", "or": "||"}  # noqa: RUF012 - a table
-
-    def number(self, value: float | bool) -> str:
-        """A constant with all its digits."""
-        if isinstance(value, bool):
-            return str(value).lower()
-        if isinstance(value, int):
-            return str(value)
-        return {"nan": "NaN", "inf": "Inf", "-inf": "-Inf"}.get(repr(value), repr(value))
-
-    def parameter(self, text: str, name: str) -> str:
-        """Field of the parameters."""
-        return f"{text}.{self.name(name)}"
-
-    def member(self, name: str) -> str:
-        """Field of the exported model."""
-        return f"m.{name}"
-
-    def index(self, text: str, index: str) -> str:
-        """Entry of an array, counted from 0."""
-        return f"{text}({int(index) + 1 if index.isdigit() else f'{index} + 1'})"
-
-    def record(self, kind: Struct, values: list[str]) -> str:
-        """A record with these fields."""
+        if self.is_c:
+            return f"({self.type_name(kind)}){{{', '.join(values)}}}"
         fields = (f"'{self.name(name)}', {value}" for (name, _), value in zip(kind.fields, values, strict=True))
         return f"struct({', '.join(fields)})"
 
-    def choose(self, test: str, yes: str, no: str) -> str:
-        """One of two values, both of which are computed."""
-        return f"choose({test}, {yes}, {no})"
-
-    def whole(self, text: str) -> str:
-        """Whole part of a number."""
-        return f"fix({text})"
-
     def real(self, value: Value) -> Value:
-        """A whole number as a number."""
-        return Value("double", value.text, value.rank)
+        """A whole number as a number with a fraction."""
+        if value.text.isdigit():
+            return Value("double", f"{value.text}.0")
+        return Value("double", f"(double)({value.text})", 9) if self.is_c else Value("double", value.text, value.rank)
 
-    def divide_whole(self, a: str, b: str) -> str:
-        """Quotient of two whole numbers of 0 or more."""
-        return f"floor({a} / {b})"
-
-    def assign(self, name: str, text: str, kind: Type | None) -> str:
-        """Assignment."""
-        del kind
-        return f"{name} = {text};"
-
-    def begin_if(self, test: str, *, chained: bool = False) -> str:
-        """First line of a branch."""
-        return f"elseif {test}" if chained else f"if {test}"
-
-    def otherwise(self) -> str:
-        """Line between two branches."""
-        return "else"
-
-    def begin_for(self, name: str, first: str, last: str) -> str:
-        """First line of a loop over whole numbers."""
-        return f"for {name} = {first}:{last} - 1"
-
-    def begin_while(self, test: str) -> str:
-        """First line of a loop."""
-        return f"while {test}"
-
-    def returned(self, text: str, *, last: bool) -> list[str]:
-        """Lines that return a value."""
-        return [f"result = {text};"] + ([] if last else ["return"])
-
-    def fill(self, texts: list[str]) -> list[str]:
-        """Lines that return an array."""
-        return [f"result = [{', '.join(texts)}];"]
-
-    def function(
-        self, name: str, arguments: list[tuple[str, Type | None]], result: Type, comment: str, body: list[str]
-    ) -> str:
-        """A function."""
-        del result
-        shown = ", ".join(argument for argument, _ in arguments)
-        return "\n".join([f"function result = {name}({shown})", f"% {comment}", *body, "end"])
-
-
-C, MATLAB = CSyntax, MatlabSyntax
+    def assign(self, name: str, text: str, kind: Type | None = None) -> str:
+        """Assignment; in C with a type also the declaration."""
+        declared = f"{self.type_name(kind)} " if kind is not None and self.is_c else ""
+        return declared + self.write("assign", name, text)

@@ -6,6 +6,7 @@ import dataclasses
 import inspect
 import math
 import re
+import struct
 from dataclasses import dataclass
 from typing import Any
 
@@ -115,22 +116,23 @@ def _limit(model: Any, name: str, sign: float) -> tuple[float, bool]:
             return end, False
         if not accepts(end) and accepts(math.nextafter(end, math.inf)):
             return end, True
-    low, high = -1e300, min(inside, 1e300)
-    while (middle := _between(low, high)) not in (low, high):
-        low, high = (low, middle) if accepts(middle) else (middle, high)
+    low, high = _place(-1e300), _place(min(inside, 1e300))
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (low, middle) if accepts(_at(middle)) else (middle, high)
+    high = _at(high)
     if abs(high) < _SMALL:
         return 0.0, True
     return (-math.inf, False) if abs(high) > _LARGE else (high, False)
 
 
-def _between(low: float, high: float) -> float:
-    """A number half way in sign and exponent, then in value."""
-    if low < 0.0 < high:
-        return 0.0
-    if min(abs(low), abs(high)) == 0.0 or max(abs(low), abs(high)) > 2.0 * min(abs(low), abs(high)):
-        a, b = (max(abs(end), 1e-300) for end in (low, high))
-        return math.copysign(math.sqrt(a) * math.sqrt(b), low + high)
-    return low + (high - low) / 2.0
+def _place(value: float) -> int:
+    """Place of a number among all numbers in their order."""
+    return int(math.copysign(struct.unpack("<q", struct.pack("<d", abs(value)))[0], value))
+
+
+def _at(place: int) -> float:
+    return math.copysign(struct.unpack("<d", struct.pack("<q", abs(place)))[0], place)
 
 
 def _replaced(model: Any, changes: dict[str, float]) -> Any | None:

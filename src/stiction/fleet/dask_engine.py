@@ -73,10 +73,7 @@ class DaskEngine:
     def check_workers(self, place: LoopPlace) -> None:
         """Ask each worker for its version and to read one loop.
 
-        Raises
-        ------
-        RecordError
-            When a worker has another version or cannot read the source; it names the worker.
+        Raises RecordError when a worker has another version or cannot read the source; it names the worker.
         """
         import stiction
 

@@ -39,10 +39,7 @@ LOCK_FILE = "audit.lock"
 def check_folder(folder: Path) -> None:
     """Check that a folder can take an audit: it does not exist, is empty, or holds an audit of this format.
 
-    Raises
-    ------
-    RecordError
-        When it holds something else, or cannot be made.
+    Raises RecordError when it holds something else, or cannot be made.
     """
     if folder.exists() and not folder.is_dir():
         raise RecordError("is a file", remedy=("give a folder for the results with ", Setting("out")), where=folder)
@@ -68,10 +65,7 @@ def check_folder(folder: Path) -> None:
 def read_settings(folder: Path) -> dict[str, Any]:
     """Read what was asked for when the audit was made.
 
-    Raises
-    ------
-    RecordError
-        When the folder holds no audit, or one of another format.
+    Raises RecordError when the folder holds no audit, or one of another format.
     """
     path = folder / SETTINGS_FILE
     if not path.is_file():
@@ -118,10 +112,8 @@ def options_digest(options: Mapping[str, Any]) -> str:
 def lock_folder(folder: Path) -> Iterator[None]:
     """Keep a second audit out of the folder.
 
-    Raises
-    ------
-    RecordError
-        When another audit is at work in it; the message names it. The lock of a process that was killed is free.
+    Raises RecordError when another audit is at work in it; the message names it. The lock of a process that was killed
+    is free.
     """
     path = folder / LOCK_FILE
     try:

@@ -63,20 +63,8 @@ class LabelConflictError(StictionError):
 def read_labels(folder: str | os.PathLike[str]) -> list[Label]:
     """Read all labels, in the order in which they were written.
 
-    Parameters
-    ----------
-    folder : path
-        Folder of the audit.
-
-    Returns
-    -------
-    list of Label
-        Empty when nothing was written yet.
-
-    Raises
-    ------
-    RecordError
-        When the file has other columns, or a row that is no label; the message has its number.
+    `folder`: folder of the audit. Gives empty when nothing was written yet. Raises RecordError when the file has other
+    columns, or a row that is no label; the message has its number.
 
     Examples
     --------

@@ -96,10 +96,7 @@ class Ledger:
     def create(self) -> None:
         """Make the tables that are missing.
 
-        Raises
-        ------
-        RecordError
-            When the database cannot be reached or written to.
+        Raises RecordError when the database cannot be reached or written to.
         """
         with self._errors("cannot be opened as a database of results"):
             self._data.create_all(self.engine)
@@ -113,10 +110,7 @@ class Ledger:
     def lock(self, owner: str) -> Iterator[None]:
         """Keep audits from other folders out of a PostgreSQL ledger; SQLite is locked with its folder.
 
-        Raises
-        ------
-        RecordError
-            When another audit is at work in it; the message names it.
+        Raises RecordError when another audit is at work in it; the message names it.
         """
         if self.engine.dialect.name != "postgresql":
             yield

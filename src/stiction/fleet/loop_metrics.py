@@ -144,24 +144,9 @@ def loop_metrics(
 def compute_priority(severity: float, confidence: float, importance: float = 1.0) -> float:
     """Compute the priority by which loops are ranked: severity times confidence times importance.
 
-    Parameters
-    ----------
-    severity : float
-        Severity of the loop, from 0 to 1 [-].
-    confidence : float
-        Probability of the main finding, from 0 to 1 [-].
-    importance : float
-        Weight that the plant gives the loop [-].
-
-    Returns
-    -------
-    float
-        The priority [-]; from 0 to 1 where the importance is 1.
-
-    Raises
-    ------
-    ParameterError
-        When a number is outside its limits.
+    `severity`: severity of the loop, from 0 to 1 [-]. `confidence`: probability of the main finding, from 0 to 1 [-].
+    `importance`: weight that the plant gives the loop [-]. Gives the priority [-]; from 0 to 1 where the importance is
+    1. Raises ParameterError when a number is outside its limits.
 
     Examples
     --------

@@ -45,17 +45,8 @@ class LoopOscillation:
 def find_loop_oscillations(means: BlockMeans, *, min_blocks: float = 10.0) -> tuple[LoopOscillation, ...]:
     """Find the candidates for an oscillation in the control error and the OP of a loop.
 
-    Parameters
-    ----------
-    means : BlockMeans
-        The loop.
-    min_blocks : float
-        Blocks to a period below which the fast part is used [-].
-
-    Returns
-    -------
-    tuple of LoopOscillation
-        One for each period, the shortest first; of periods that are harmonics of a stronger one only that one.
+    `min_blocks`: blocks to a period below which the fast part is used [-]. Gives one for each period, the shortest
+    first; of periods that are harmonics of a stronger one only that one.
 
     Examples
     --------
@@ -122,21 +113,8 @@ def _is_harmonic(row: tuple[LoopOscillation, float], rows: list[tuple[LoopOscill
 def signal_at(means: BlockMeans, period: float, signal: str, *, min_blocks: float = 10.0):
     """Block means in which a period is best seen: the fast part for short periods.
 
-    Parameters
-    ----------
-    means : BlockMeans
-        The loop.
-    period : float
-        Period [s].
-    signal : str
-        "error" or "op".
-    min_blocks : float
-        Blocks to a period below which the fast part is used [-].
-
-    Returns
-    -------
-    tuple of (ndarray, float)
-        The signal, shape (n_blocks,), and the length of its blocks [s].
+    `period`: period [s]. `min_blocks`: blocks to a period below which the fast part is used [-]. Gives the signal,
+    shape (n_blocks,), and the length of its blocks [s].
 
     Examples
     --------
@@ -157,23 +135,11 @@ def signal_at(means: BlockMeans, period: float, signal: str, *, min_blocks: floa
 def complex_envelope(x: NDArray[np.floating], blocks_per_period: float, *, periods: float = 3.0) -> NDArray:
     """Demodulate a signal: amplitude and phase at one period, in windows that overlap by half.
 
-    Parameters
-    ----------
-    x : ndarray, shape (n_blocks,)
-        The signal [any unit].
-    blocks_per_period : float
-        Period over the length of a block [-].
-    periods : float
-        Length of a window [periods].
+    `x`, of shape (n_blocks,): the signal [any unit]. `blocks_per_period`: period over the length of a block [-].
+    `periods`: length of a window [periods]. Gives amplitude (half peak to peak) times exp(i phase) in each window [unit
+    of `x`]; the phase is counted from the first block, shape (n_windows,). Empty where the signal is shorter than two
+    windows.
 
-    Returns
-    -------
-    ndarray of complex, shape (n_windows,)
-        Amplitude (half peak to peak) times exp(i phase) in each window [unit of `x`]; the phase is counted from the
-        first block. Empty where the signal is shorter than two windows.
-
-    Notes
-    -----
     Each window is weighted with Hann's window, its mean and slope taken off, so that drift and harmonics count little.
 
     Examples

@@ -21,20 +21,10 @@ __all__ = ["arrival_order", "harmonics_share", "nonlinearity_of", "oscillation_a
 def harmonics_share(x: NDArray[np.floating], blocks_per_period: float, *, orders: tuple[int, ...] = (3, 5, 7)) -> float:
     """Power of the harmonics over the power of the fundamental.
 
-    Parameters
-    ----------
-    x : ndarray, shape (n_blocks,)
-        The signal [any unit].
-    blocks_per_period : float
-        Period over the length of a block [-].
-    orders : tuple of int
-        Harmonics that count [-]; those above half of the sampling frequency are left out.
-
-    Returns
-    -------
-    float
-        The share [-]; NaN where the signal is shorter than 8 periods. Power that the neighbourhood of a harmonic holds
-        as well is taken off as noise.
+    `x`, of shape (n_blocks,): the signal [any unit]. `blocks_per_period`: period over the length of a block [-].
+    `orders`: harmonics that count [-]; those above half of the sampling frequency are left out. Gives the share [-];
+    NaN where the signal is shorter than 8 periods. Power that the neighbourhood of a harmonic holds as well is taken
+    off as noise.
 
     Examples
     --------
@@ -64,19 +54,9 @@ def harmonics_share(x: NDArray[np.floating], blocks_per_period: float, *, orders
 def nonlinearity_of(x: NDArray[np.floating], blocks_per_period: float, *, per_period: int = 10) -> float:
     """Thornhill's nonlinearity index N of a signal [-]: above 1 is nonlinear (`thornhill2005`).
 
-    Parameters
-    ----------
-    x : ndarray, shape (n_blocks,)
-        The signal [any unit]; its first 350 samples after averaging to `per_period` count.
-    blocks_per_period : float
-        Period over the length of a block [-].
-    per_period : int
-        Samples to a period after averaging [-].
-
-    Returns
-    -------
-    float
-        N; NaN where the signal is too short or too close to a sine.
+    `x`, of shape (n_blocks,): the signal [any unit]; its first 350 samples after averaging to `per_period` count.
+    `blocks_per_period`: period over the length of a block [-]. `per_period`: samples to a period after averaging [-].
+    Gives N; NaN where the signal is too short or too close to a sine.
 
     Examples
     --------
@@ -97,19 +77,8 @@ def nonlinearity_of(x: NDArray[np.floating], blocks_per_period: float, *, per_pe
 def oscillation_amplitude(means: BlockMeans, period: float, signal: str) -> tuple[float, float]:
     """Amplitude of an oscillation in one signal, and the share of the signal's variance that it carries.
 
-    Parameters
-    ----------
-    means : BlockMeans
-        The loop.
-    period : float
-        Period [s].
-    signal : str
-        "error" or "op".
-
-    Returns
-    -------
-    tuple of float
-        Amplitude (half peak to peak) [unit of the signal] and share [-]; both 0 where the signal does not move.
+    `period`: period [s]. Gives amplitude (half peak to peak) [unit of the signal] and share [-]; both 0 where the
+    signal does not move.
 
     Examples
     --------
@@ -135,25 +104,12 @@ def arrival_order(
 ) -> NDArray[np.float64]:
     """Delay of the changes of an oscillation from loop to loop.
 
-    Parameters
-    ----------
-    signals : sequence of (ndarray, float)
-        Signal of each loop, all of one length, and the length of its blocks [s].
-    period : float
-        Period [s].
-    half_band : float
-        Half width of the frequency band that is used, over the frequency of the oscillation [-].
-    reach : float
-        Largest delay that is looked for [periods].
+    `signals`: signal of each loop, all of one length, and the length of its blocks [s]. `period`: period [s].
+    `half_band`: half width of the frequency band that is used, over the frequency of the oscillation [-]. `reach`:
+    largest delay that is looked for [periods]. Gives group delay of each signal against the common oscillation
+    [periods]; the mean is 0, shape (n_loops,). NaN where the amplitude and the phase are too steady, or the coherence
+    too low, to see one.
 
-    Returns
-    -------
-    ndarray, shape (n_loops,)
-        Group delay of each signal against the common oscillation [periods]; the mean is 0. NaN where the amplitude
-        and the phase are too steady, or the coherence too low, to see one.
-
-    Notes
-    -----
     The phase alone cannot order loops: a negative gain turns it by half a period, a fast controller by a quarter. The
     slope of the phase over the frequencies near the oscillation does not depend on either. It needs an oscillation
     whose amplitude or period changes.

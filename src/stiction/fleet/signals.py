@@ -28,10 +28,7 @@ def write_signals(folder: Path, means: Mapping[int, BlockMeans], key: tuple[str,
 
     The name depends on the loops and the `key` alone, so that a part that is written again replaces itself.
 
-    Raises
-    ------
-    RecordError
-        When it cannot be written.
+    Raises RecordError when it cannot be written.
     """
     import polars as pl
 

@@ -20,24 +20,9 @@ def find_missing_tags(
 ) -> dict[str, list[str]]:
     """Find the tags of a map and of connections that a source does not have.
 
-    Parameters
-    ----------
-    loops : iterable of str
-        Tags of all loops of the source.
-    map_file : path, optional
-        Mapping file.
-    connections : sequence of (str, str)
-        Tags of loops that a stream or a signal connects.
-
-    Returns
-    -------
-    dict
-        `map_tags` and `connection_tags`, each in the order of its file.
-
-    Raises
-    ------
-    RecordError
-        When no tag of the connections is a loop.
+    `loops`: tags of all loops of the source. `connections`: tags of loops that a stream or a signal connects. Gives
+    `map_tags` and `connection_tags`, each in the order of its file. Raises RecordError when no tag of the connections
+    is a loop.
 
     Examples
     --------

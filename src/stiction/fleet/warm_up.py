@@ -15,17 +15,8 @@ MAX_SAMPLES = 3000
 def warm_kernels(samples: int, dt: float) -> tuple[float, float]:
     """Compile all kernels once, so that the workers find them in the cache on disk, and time one loop.
 
-    Parameters
-    ----------
-    samples : int
-        Samples of a loop [-].
-    dt : float
-        Sampling period [s].
-
-    Returns
-    -------
-    tuple of float
-        Time in which a worker starts, and time of one loop without reading it [s].
+    `samples`: samples of a loop [-]. `dt`: sampling period [s]. Gives time in which a worker starts, and time of one
+    loop without reading it [s].
     """
     from stiction.diagnosis import diagnose
     from stiction.fleet.block_means import common_clock, make_block_means

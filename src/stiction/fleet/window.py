@@ -19,27 +19,10 @@ def resolve_window(
 ) -> tuple[ResultKey, Span]:
     """Find the key of the results and the times of a run.
 
-    Parameters
-    ----------
-    ledger : Ledger
-        The ledger, which tells where the data of the last audit ended.
-    digest : str
-        Digest of the options.
-    since : datetime, "last" or None
-        First time; "last" is the end of the data of the last finished run, or the `since` of an unfinished run that
-        asked for "last" too.
-    until : datetime, optional
-        Time before which the samples end.
-
-    Returns
-    -------
-    tuple
-        The key, and first and last time.
-
-    Raises
-    ------
-    ParameterError
-        When "last" has nothing to go on from, or `since` is not before `until`.
+    `ledger`: the ledger, which tells where the data of the last audit ended. `digest`: digest of the options. `since`:
+    first time; "last" is the end of the data of the last finished run, or the `since` of an unfinished run that asked
+    for "last" too. `until`: time before which the samples end. Gives the key, and first and last time. Raises
+    ParameterError when "last" has nothing to go on from, or `since` is not before `until`.
     """
     from stiction import __version__
 

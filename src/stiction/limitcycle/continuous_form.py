@@ -39,15 +39,7 @@ class ContinuousValve(NamedTuple):
 def continuous_form(valve: Valve) -> ContinuousValve | None:
     """Return the continuous-time form of a valve, or None when it has none.
 
-    Parameters
-    ----------
-    valve : Valve
-        Any valve model.
-
-    Returns
-    -------
-    ContinuousValve or None
-        None for physical valves, tables, eq. 5 as printed and Choudhury's valve with J > S.
+    Gives None for physical valves, tables, eq. 5 as printed and Choudhury's valve with J > S.
 
     Examples
     --------

@@ -27,27 +27,11 @@ def harmonic_balance(
 ) -> tuple[LimitCycle, ...]:
     """All solutions of 1 + L(j omega) N(A) = 0 and the boundaries at the jumps of N.
 
-    Parameters
-    ----------
-    linear : LinearPart, TransferFunction, StateSpace or a system of `control` or `scipy.signal`
-        The system from the output of the nonlinearity to its input, without the sign of the feedback.
-    nonlinearity : Valve, Saturation, Relay, Deadband or Quantiser
-        The nonlinearity.
-    families : iterable of str or float, optional
-        Families of rest levels, see `describing_function`; by default both symmetric ones of a staircase.
+    `linear`: the system from the output of the nonlinearity to its input, without the sign of the feedback. `families`:
+    families of rest levels, see `describing_function`; by default both symmetric ones of a staircase. Gives by family
+    and amplitude, each once. Stability is by Loeb's criterion. Raises ParameterError when the linear part is improper
+    or sampled, or a family is unknown.
 
-    Returns
-    -------
-    tuple of LimitCycle
-        By family and amplitude, each once. Stability is by Loeb's criterion.
-
-    Raises
-    ------
-    ParameterError
-        When the linear part is improper or sampled, or a family is unknown.
-
-    Notes
-    -----
     The curves are crossed as polylines in the plane of log magnitude and phase, branch by branch, then each
     crossing is refined by Newton's method. At a jump of N from N1 to N2 the segment between them is crossed
     with L: at a crossing the amplitude is a boundary, not a solution.

@@ -88,25 +88,9 @@ class LinearPart:
 def linear_part(loop: Loop, *, sp: float = 0.0, disturbance: float = 0.0) -> LinearPart:
     """Return the linear part of a loop, its controller taken in continuous time.
 
-    Parameters
-    ----------
-    loop : Loop
-        The loop; its `dt` has no effect.
-    sp : float
-        Set point [PV units].
-    disturbance : float
-        Load at the process inlet [% of span].
-
-    Returns
-    -------
-    LinearPart
-        State space and operating point.
-
-    Raises
-    ------
-    ParameterError
-        When controller and process together are improper or have no point of rest, the loop has a compensator, or
-        `sp` or `disturbance` is not finite.
+    `loop`: the loop; its `dt` has no effect. `sp`: set point [PV units]. `disturbance`: load at the process inlet [% of
+    span]. Gives state space and operating point. Raises ParameterError when controller and process together are
+    improper or have no point of rest, the loop has a compensator, or `sp` or `disturbance` is not finite.
 
     Examples
     --------

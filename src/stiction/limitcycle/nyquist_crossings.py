@@ -51,14 +51,7 @@ def _segments_meet(px, py, qx, qy, places):
 def frequency_grid(linear: LinearPart, largest_n: float, points: int = 2000) -> NDArray[np.float64]:
     """Frequencies [rad/s] that resolve L where |L| N can reach 1: log spaced, with phase steps below 0.1 rad.
 
-    Parameters
-    ----------
-    linear : LinearPart
-        The linear part.
-    largest_n : float
-        Largest |N| [-].
-    points : int
-        Points before refinement.
+    `largest_n`: largest |N| [-].
     """
     corners = np.abs(
         np.concatenate([linear.poles, linear.zeros(), [1.0 / linear.dead_time] if linear.dead_time else []])
@@ -86,17 +79,9 @@ def frequency_grid(linear: LinearPart, largest_n: float, points: int = 2000) -> 
 def find_crossings(curves, omega, response) -> list[tuple[int, float, float]]:
     """First guesses of 1 + L N = 0 along several curves N(a) and the response L(omega).
 
-    Parameters
-    ----------
-    curves : list of (a, n)
-        Parameter and N of each curve, shapes (n_points,); points with N = 0 are ignored.
-    omega, response : ndarray, shape (n_frequencies,)
-        Frequencies [rad/s] and L there.
-
-    Returns
-    -------
-    list of (int, float, float)
-        Index of the curve, its parameter and the frequency [rad/s].
+    `curves`: parameter and N of each curve, shapes (n_points,); points with N = 0 are ignored. `omega`, `response`, of
+    shape (n_frequencies,): frequencies [rad/s] and L there. Gives index of the curve, its parameter and the frequency
+    [rad/s].
     """
     if omega.size < 2 or not curves:
         return []

@@ -50,21 +50,9 @@ def study_cycles(
 ) -> CycleStudy | None:
     """Compute what is shown of the exact cycles of a loop.
 
-    Parameters
-    ----------
-    loop : Loop
-        The loop.
-    cycles : sequence of LimitCycle
-        Its cycles, as `predict_limit_cycles` gives them.
-    over : str
-        Parameter of the bifurcation diagram.
-    sp, disturbance : float
-        Set point [PV units] and load [% of span], as deviations from the point of rest.
-
-    Returns
-    -------
-    CycleStudy or None
-        None when the loop has no exact cycle.
+    `cycles`: its cycles, as `predict_limit_cycles` gives them. `over`: parameter of the bifurcation diagram. `sp`,
+    `disturbance`: set point [PV units] and load [% of span], as deviations from the point of rest. Gives None when the
+    loop has no exact cycle.
     """
     exact = exact_cycles(cycles)
     if not exact:

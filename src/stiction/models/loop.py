@@ -90,15 +90,7 @@ class Loop:
 def require_loop(loop: object) -> None:
     """Raise when the argument is not a `Loop`.
 
-    Parameters
-    ----------
-    loop : object
-        The argument to check.
-
-    Raises
-    ------
-    ParameterError
-        When it is anything but a `Loop`.
+    `loop`: the argument to check. Raises ParameterError when it is anything but a `Loop`.
 
     Examples
     --------

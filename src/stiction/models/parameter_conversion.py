@@ -51,22 +51,9 @@ _FIELDS: dict[type[Valve], tuple[str, ...]] = {
 def convert_bands(first: float, second: float, source: str, target: str) -> tuple[float, float]:
     """Convert two parameters of a valve to two others.
 
-    Parameters
-    ----------
-    first, second : float
-        The parameters that `source` names [% of span].
-    source, target : str
-        "S, J", "fs, fd" or "sb, sj".
-
-    Returns
-    -------
-    tuple of float
-        The parameters that `target` names [% of span].
-
-    Raises
-    ------
-    ParameterError
-        When a number is negative, or a parameter of the target would be.
+    `first`, `second`: the parameters that `source` names [% of span]. `source`, `target`: "S, J", "fs, fd" or "sb, sj".
+    Gives the parameters that `target` names [% of span]. Raises ParameterError when a number is negative, or a
+    parameter of the target would be.
 
     Examples
     --------
@@ -91,30 +78,11 @@ def convert_bands(first: float, second: float, source: str, target: str) -> tupl
 def convert_valve(valve: Valve, model: type[Valve] | str, *, r: float | None = None, dt: float | None = None) -> Valve:
     """Convert a valve to another model.
 
-    Parameters
-    ----------
-    valve : Valve
-        Ideal, Stenman, Kano, Choudhury, He or Srinivasan.
-    model : type of Valve or str
-        The model to convert to, as class or name.
-    r : float, optional
-        Rate of the Srinivasan valve to make [% of span / s]; by default the rate of the same valve.
-    dt : float, optional
-        Sampling period [s]; He's valve has a hidden rate threshold (fs - fd) / dt, so its way to and from
-        Srinivasan's needs it.
+    `valve`: ideal, Stenman, Kano, Choudhury, He or Srinivasan. `model`: the model to convert to, as class or name. `r`:
+    rate of the Srinivasan valve to make [% of span / s]; by default the rate of the same valve. `dt`: sampling period
+    [s]; He's valve has a hidden rate threshold (fs - fd) / dt, so its way to and from Srinivasan's needs it. Gives the
+    valve, with the same travel. Raises ParameterError when the valve has no such form; the message says what to do.
 
-    Returns
-    -------
-    Valve
-        The valve, with the same travel.
-
-    Raises
-    ------
-    ParameterError
-        When the valve has no such form; the message says what to do.
-
-    Notes
-    -----
     These conversions give the identical valve, to the last bit if the bands are exact in binary:
 
     - Kano <-> Srinivasan with r = 0 (any J), both <-> Choudhury (J <= S only: beyond, they differ);

@@ -113,22 +113,7 @@ PUBLISHED_VALVES: dict[str, Callable[..., PhysicalValve]] = {
 def published_valve(name: str, **changes: Any) -> PhysicalValve:
     """Make a published valve by its name.
 
-    Parameters
-    ----------
-    name : str
-        One of `PUBLISHED_VALVES`.
-    **changes
-        Parameters of `PhysicalValve` to change.
-
-    Returns
-    -------
-    PhysicalValve
-        The valve.
-
-    Raises
-    ------
-    ParameterError
-        When there is no such set.
+    `changes`: parameters of `PhysicalValve` to change. Raises ParameterError when there is no such set.
 
     Examples
     --------

@@ -42,25 +42,10 @@ def _registry() -> Any:
 def to_si(name: str, value: object, unit: str) -> float:
     """Read a quantity in the SI unit `unit`.
 
-    Parameters
-    ----------
-    name : str
-        Name of the quantity, for the error.
-    value : float, str or pint.Quantity
-        An SI number, or text with a unit such as "300 lbf/in". Pressures are gauge pressures.
-    unit : str
-        The SI unit, as pint writes it.
-
-    Returns
-    -------
-    float
-        The number in `unit`.
-
-    Raises
-    ------
-    ParameterError
-        When the text has no unit, an unknown one, one of another dimension, a bare pound (which may be a mass or
-        a force) or a decimal comma.
+    `name`: name of the quantity, for the error. `value`: an SI number, or text with a unit such as "300 lbf/in".
+    Pressures are gauge pressures. `unit`: the SI unit, as pint writes it. Gives the number in `unit`. Raises
+    ParameterError when the text has no unit, an unknown one, one of another dimension, a bare pound (which may be a
+    mass or a force) or a decimal comma.
 
     Examples
     --------

@@ -40,17 +40,9 @@ class Figure8:
 def figure8(pulse: float = 1.0, begin: float = 200.0, length: float = 5.0, duration: float = 400.0) -> Figure8:
     """Simulate the example loop in cycle A and disturb it.
 
-    Parameters
-    ----------
-    pulse : float
-        Size of the pulse at the process inlet [% of span]; the paper does not give it.
-    begin, length, duration : float
-        Begin and length of the pulse and length of the record [s].
-
-    Returns
-    -------
-    Figure8
-        The record, the four stable cycles, and the smallest pulse that does it.
+    `pulse`: size of the pulse at the process inlet [% of span]; the paper does not give it. `begin`, `length`,
+    `duration`: begin and length of the pulse and length of the record [s]. Gives the record, the four stable cycles,
+    and the smallest pulse that does it.
 
     References
     ----------

@@ -145,20 +145,9 @@ def forward_fill_sp(
 ) -> tuple[NDArray[np.float64] | None, str]:
     """Fill the gaps of a set point with its last value: a set point stored on change did not change.
 
-    Parameters
-    ----------
-    record : LoopRecord
-        A record of one loop.
-    first, last : int, optional
-        The samples ``first <= k < last`` to return; all by default.
-
-    Returns
-    -------
-    sp : ndarray, shape (last - first,), or None
-        The set point without gaps [engineering units]; before the first stored value it has that value. None when it
-        is unknown in their first half.
-    assumption : str
-        What was assumed, in a sentence; empty when nothing was.
+    `record`: a record of one loop. `first`, `last`: the samples ``first <= k < last`` to return; all by default. Gives
+    `sp`: the set point without gaps [engineering units]; before the first stored value it has that value. None when it
+    is unknown in their first half; `assumption`: what was assumed, in a sentence; empty when nothing was.
 
     Examples
     --------

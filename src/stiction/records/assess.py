@@ -123,7 +123,7 @@ def _check_loop(data: CheckInput) -> Iterator[CheckResult | None]:
         yield check_cycles(part.duration, data.period)
     yield check_sampling(data.op, data.pv, record.dt, data.period)
     yield check_op_movement(part.op if len(part) else record.op)
-    yield check_op_reversals(data.op)
+    yield check_op_reversals(data.op, data.swings[0])
     yield check_pv_movement(record.op, record.pv, part.pv if len(part) else None)
     yield check_saturation(masks.at_limit, masks.clipped, is_cut_too_short=cut)
     yield check_manual(
@@ -133,9 +133,9 @@ def _check_loop(data: CheckInput) -> Iterator[CheckResult | None]:
     missing = missing_mask(record.op, record.pv), missing_mask(part.op, part.pv)
     yield check_missing_values(*missing, record.dt, cut)
     yield check_op_scale(record.op, record.provenance.op_unit)
-    yield check_resolution("OP", data.op, data.steps[0], data.conditioned.op_values)
+    yield check_resolution("OP", data.op, data.steps[0], data.conditioned.op_values, data.swings[0])
     if record.pv is not None:
-        yield check_resolution("PV", data.pv, data.steps[1], data.conditioned.pv_values)
+        yield check_resolution("PV", data.pv, data.steps[1], data.conditioned.pv_values, data.swings[1])
 
 
 def _check_storage(data: CheckInput) -> Iterator[CheckResult | None]:

@@ -9,16 +9,13 @@ from pathlib import Path
 
 from stiction.errors import RecordError
 
-__all__ = ["require_file_path", "unwritable_error", "write_atomically", "write_files"]
+__all__ = ["require_file_path", "require_new_file", "unwritable_error", "write_atomically", "write_files"]
 
 
 def require_file_path(target: Path) -> None:
     """Refuse the path of an output file that is a folder, or whose folder does not exist.
 
-    Raises
-    ------
-    RecordError
-        When nothing can be written there.
+    Raises RecordError when nothing can be written there.
     """
     if target.is_dir():
         raise RecordError("cannot be written, because it is a folder; give the name of a file.", where=target)
@@ -27,6 +24,22 @@ def require_file_path(target: Path) -> None:
             f"cannot be written, because there is no folder {target.parent}; create it, or give another file.",
             where=target,
         )
+
+
+def require_new_file(path: str | os.PathLike[str], *, folder: bool = True) -> Path:
+    """Return the path of an output file that does not exist yet; with `folder` its folder must exist.
+
+    Raises
+    ------
+    RecordError
+        When the file exists, or nothing can be written there.
+    """
+    target = Path(path).expanduser()
+    if target.exists():
+        raise RecordError("exists and is not replaced", remedy="remove it, or give another path", where=target)
+    if folder:
+        require_file_path(target)
+    return target
 
 
 def unwritable_error(target: Path, error: OSError) -> RecordError:
@@ -41,22 +54,8 @@ def unwritable_error(target: Path, error: OSError) -> RecordError:
 def write_atomically(text: str, path: str | os.PathLike[str]) -> Path:
     """Write `text` as UTF-8 to `path`: a reader sees the old file or the new one, never a part.
 
-    Parameters
-    ----------
-    text : str
-        Content.
-    path : path-like
-        File to write; its folder must exist.
-
-    Returns
-    -------
-    Path
-        The file written.
-
-    Raises
-    ------
-    RecordError
-        When the folder is missing or cannot be written to; nothing is left behind.
+    `path`: file to write; its folder must exist. Raises RecordError when the folder is missing or cannot be written to;
+    nothing is left behind.
     """
     target = Path(path)
     require_file_path(target)
@@ -76,15 +75,8 @@ def write_atomically(text: str, path: str | os.PathLike[str]) -> Path:
 def write_files(contents: dict[Path, bytes]) -> None:
     """Write new files, all of them or none; their folder is made if it does not exist.
 
-    Parameters
-    ----------
-    contents : dict of Path to bytes
-        Files, none of which exists, and what goes into them.
-
-    Raises
-    ------
-    RecordError
-        When a file cannot be written; nothing is left behind.
+    `contents`: files, none of which exists, and what goes into them. Raises RecordError when a file cannot be written;
+    nothing is left behind.
     """
     drafts: dict[Path, Path] = {}
     placed: list[Path] = []

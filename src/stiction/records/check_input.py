@@ -10,7 +10,7 @@ import numpy as np
 
 from stiction.records.check_result import MIN_CYCLES, MIN_SAMPLES
 from stiction.records.gaps import forward_fill
-from stiction.records.quality.quantisation import quantisation_step
+from stiction.records.quality.quantisation import quantisation_step, robust_range
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -69,6 +69,14 @@ class CheckInput:
         """PV of the segment without gaps [engineering units], shape (n_samples,); empty when it was not recorded."""
         whole = self.part.pv is None or len(self.part) == len(self.record)
         return self.whole[1] if whole or self.part.pv is None else forward_fill(self.part.pv)
+
+    @cached_property
+    def swings(self) -> tuple[float, float]:
+        """98 % ranges of OP and PV of the segment [units of the record]."""
+        known = self.conditioned
+        if known.missing.size and not known.missing.any():
+            return known.op_swing, known.pv_swing
+        return robust_range(self.op), robust_range(self.pv)
 
     @cached_property
     def cycle(self) -> float | None:

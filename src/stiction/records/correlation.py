@@ -20,17 +20,8 @@ MIN_BLOCK = 2048
 def lagged_products(x: NDArray[np.float64], y: NDArray[np.float64], lags: int) -> NDArray[np.float64]:
     """Sum of x[k] y[k + lag] over k, for lag = 0, 1, ..., lags - 1.
 
-    Parameters
-    ----------
-    x, y : ndarray, shape (n_samples,)
-        Signals without gaps, usually about their means [any unit].
-    lags : int
-        Number of lags, at most `n_samples` [samples].
-
-    Returns
-    -------
-    ndarray, shape (lags,)
-        Sums over the pairs of each lag [product of the units].
+    `x`, `y`: signals without gaps, usually about their means [any unit]. `lags`: number of lags, at most `n_samples`
+    [samples]. Gives sums over the pairs of each lag [product of the units], shape (lags,).
 
     Examples
     --------

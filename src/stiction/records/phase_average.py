@@ -38,19 +38,9 @@ class PhaseMeans(NamedTuple):
 def average_by_phase(x: NDArray[np.float64], band: NDArray[np.float64], samples_per_period: float) -> PhaseMeans:
     """Average a signal by its phase in the cycles of another one (time-synchronous averaging).
 
-    Parameters
-    ----------
-    x : ndarray, shape (n_samples,)
-        Signal that is averaged [any unit].
-    band : ndarray, shape (n_samples,)
-        Signal whose rises through zero begin the cycles [any unit].
-    samples_per_period : float
-        Usual length of a cycle [samples]; cycles that differ from it by half or more are left out.
-
-    Returns
-    -------
-    PhaseMeans
-        The means; without a cycle all are 0.
+    `x`: signal that is averaged [any unit]. `band`: signal whose rises through zero begin the cycles [any unit].
+    `samples_per_period`: usual length of a cycle [samples]; cycles that differ from it by half or more are left out.
+    Gives the means; without a cycle all are 0.
 
     Examples
     --------

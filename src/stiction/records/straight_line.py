@@ -29,15 +29,8 @@ class FittedLine(NamedTuple):
 def fit_line(x: NDArray, y: NDArray) -> FittedLine:
     """Fit a straight line.
 
-    Parameters
-    ----------
-    x, y : ndarray, shape (n_points,)
-        Points without gaps; at least two values of `x` differ [any units].
-
-    Returns
-    -------
-    FittedLine
-        The line with the smallest sum of squared distances in `y`.
+    `x`, `y`, of shape (n_points,): points without gaps; at least two values of `x` differ [any units]. Gives the line
+    with the smallest sum of squared distances in `y`.
 
     Examples
     --------

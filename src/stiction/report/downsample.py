@@ -18,17 +18,7 @@ MAX_POINTS = 2000
 def downsample(y: NDArray[np.float64], max_points: int = MAX_POINTS) -> NDArray[np.intp]:
     """Return the samples to draw: all of them, or `max_points` that keep the shape (MinMaxLTTB) and the gaps.
 
-    Parameters
-    ----------
-    y : ndarray, shape (n_samples,)
-        Series; NaN is a gap.
-    max_points : int
-        Largest number of points [-].
-
-    Returns
-    -------
-    ndarray of int, shape (n_points,)
-        Sample numbers, increasing.
+    `y`: Series; NaN is a gap. `max_points`: largest number of points [-].
 
     Examples
     --------

@@ -41,16 +41,6 @@ def last_periods(view: LoopView) -> PlottedPeriods:
 
     Where the valve sticks in some parts of the record only, they are taken from the last of these. Where it does not
     slip in the last periods, the latest periods in which it does are taken.
-
-    Parameters
-    ----------
-    view : LoopView
-        A diagnosis.
-
-    Returns
-    -------
-    PlottedPeriods
-        The periods.
     """
     first, last = view.analysed
     within = "the record" if view.is_analysed_whole else "the analysed part"
@@ -84,19 +74,8 @@ def rests_before_slips(
 ) -> list[slice]:
     """Find rests of an estimated valve position that end in a slip, in which OP moves by `MIN_TRAVEL_SHARE` of S.
 
-    Parameters
-    ----------
-    position, op : ndarray, shape (n_samples,)
-        Estimated valve position and OP [% of span].
-    S : float
-        Deadband plus stickband [% of span].
-    max_samples : int
-        Samples before the slip that count [-].
-
-    Returns
-    -------
-    list of slice
-        Samples of each rest.
+    `position`, `op`: estimated valve position and OP [% of span]. `S`: deadband plus stickband [% of span].
+    `max_samples`: samples before the slip that count [-]. Gives samples of each rest.
 
     Examples
     --------

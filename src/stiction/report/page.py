@@ -69,26 +69,9 @@ def write_page(
 ) -> Path:
     """Write blocks as one self-contained HTML file.
 
-    Parameters
-    ----------
-    title : str
-        Title of the page.
-    blocks : sequence of Block
-        The blocks of the page, top to bottom.
-    path : path-like
-        File to write; it is written completely or not at all.
-    subtitle, footer : str
-        A line under the title, and one at the foot of the page.
-
-    Returns
-    -------
-    Path
-        The file written.
-
-    Raises
-    ------
-    RecordError
-        When the file cannot be written.
+    `title`: title of the page. `blocks`: the blocks of the page, top to bottom. `path`: file to write; it is written
+    completely or not at all. `subtitle`, `footer`: a line under the title, and one at the foot of the page. Raises
+    RecordError when the file cannot be written.
 
     Examples
     --------

@@ -17,10 +17,7 @@ def to_json(plot: Any) -> str:
     Arrays become base64 typed arrays, as plotly.js reads them; NaN is a gap. Single precision is
     used where it moves no point by more than a ten-thousandth of the array's range.
 
-    Raises
-    ------
-    ValueError
-        When a bare number outside an array is not finite (JSON has no NaN).
+    Raises ValueError when a bare number outside an array is not finite (JSON has no NaN).
 
     Examples
     --------

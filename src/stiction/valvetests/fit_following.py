@@ -29,17 +29,8 @@ __all__ = ["fit_following"]
 def fit_following(ramps: Sequence[OpRamp], moves: Sequence[StemMoves]) -> tuple[Estimate, Estimate]:
     """Deadband and S of a stem that followed every ramp, from its position.
 
-    Parameters
-    ----------
-    ramps : sequence of OpRamp
-        Ramps of the OP.
-    moves : sequence of StemMoves
-        Motion of the stem in each ramp [% of span].
-
-    Returns
-    -------
-    tuple of Estimate
-        Deadband and S [% of span]; unknown when the stem did not follow in both directions.
+    `ramps`: ramps of the OP. `moves`: motion of the stem in each ramp [% of span]. Gives deadband and S [% of span];
+    unknown when the stem did not follow in both directions.
     """
     if not all(moved.follows for moved in moves) or len({ramp.direction for ramp in ramps}) < 2:
         return Estimate(), Estimate()

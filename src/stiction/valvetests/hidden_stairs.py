@@ -47,23 +47,9 @@ def find_hidden_stairs(
 ) -> tuple[HiddenStairs | None, float]:
     """Search the part of a ramp after its first slip.
 
-    Parameters
-    ----------
-    ramp : OpRamp
-        The ramp of the OP.
-    time, stem : ndarray, shape (n_samples,)
-        Times [s] and the stem signal after the first slip.
-    sigma : float
-        Noise of the stem signal [its unit].
-    gain : float
-        Stem travel per OP [unit of the stem signal per % of span].
-
-    Returns
-    -------
-    HiddenStairs or None
-        The staircase, if there is one.
-    float
-        Smallest detectable jump [unit of the stem signal]; infinite for a short ramp.
+    `ramp`: the ramp of the OP. `time`, `stem`: times [s] and the stem signal after the first slip. `sigma`: noise of
+    the stem signal [its unit]. `gain`: stem travel per OP [unit of the stem signal per % of span]. Gives the staircase,
+    if there is one; smallest detectable jump [unit of the stem signal]; infinite for a short ramp.
     """
     n = time.size
     if n < 24:

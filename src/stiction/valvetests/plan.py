@@ -64,10 +64,7 @@ class TestPlan(Result):
     def to_csv(self, path: str | os.PathLike[str]) -> Path:
         """Write `time_s,OP` for an operator or a control system; an error leaves no incomplete file.
 
-        Raises
-        ------
-        RecordError
-            When the file cannot be written.
+        Raises RecordError when the file cannot be written.
         """
         rows = (f"{t:.9g},{u:.6f}" for t, u in zip(self.time, self.op, strict=True))
         return write_atomically("\n".join(["time_s,OP", *rows, ""]), path)

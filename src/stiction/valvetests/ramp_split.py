@@ -58,10 +58,7 @@ class OpRamp:
 def find_ramps(reading: StemSignal, tag: str) -> tuple[tuple[OpRamp, ...], list[Segment]]:
     """Ramps of the OP, and the whole OP as segments.
 
-    Raises
-    ------
-    RecordError
-        When the OP has no ramp or reacts to PV.
+    Raises RecordError when the OP has no ramp or reacts to PV.
     """
     if reading.op_sigma > MAX_OP_NOISE and reading.op_step < MAX_OP_NOISE:
         raise RecordError(

@@ -116,19 +116,8 @@ def segment_penalty(n: int) -> float:
 def segment_signal(time: NDArray[np.float64], signal: NDArray[np.float64], sigma: float) -> list[Segment]:
     """Divide a signal into rests and lines.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n_samples,)
-        Increasing times [s]; gaps are allowed.
-    signal : ndarray, shape (n_samples,)
-        The signal, without missing values.
-    sigma : float
-        Standard deviation of its noise [unit of the signal], above 0.
-
-    Returns
-    -------
-    list of Segment
-        In order of time; empty for fewer than two samples.
+    `time`: increasing times [s]; gaps are allowed. `signal`: the signal, without missing values. `sigma`: standard
+    deviation of its noise [unit of the signal], above 0. Gives in order of time; empty for fewer than two samples.
 
     Examples
     --------

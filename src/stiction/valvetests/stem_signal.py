@@ -47,12 +47,8 @@ class StemSignal:
 def read_stem(record: LoopRecord, signal: str | None, lag: float) -> StemSignal:
     """Choose `mv`, else `pv`; drop missing samples; pass the OP through the known `lag` [s].
 
-    Raises
-    ------
-    RecordError
-        When the signal was not recorded, too much of it is missing, or OP is not in % of span.
-    ParameterError
-        When `signal` is neither "mv" nor "pv", or `lag` is negative.
+    Raises RecordError when the signal was not recorded, too much of it is missing, or OP is not in % of span. Raises
+    ParameterError when `signal` is neither "mv" nor "pv", or `lag` is negative.
     """
     lag = require_not_negative("lag", lag, "s")
     if signal not in (None, "mv", "pv"):
@@ -94,10 +90,7 @@ def read_stem(record: LoopRecord, signal: str | None, lag: float) -> StemSignal:
 def reject_feedback(reading: StemSignal, tag: str, needs: tuple[str | Setting, ...]) -> None:
     """Refuse an OP that reacts to PV, and say what the test `needs`.
 
-    Raises
-    ------
-    RecordError
-        When the noise of PV is in the OP.
+    Raises RecordError when the noise of PV is in the OP.
     """
     if abs(reading.reaction) > FEEDBACK_CORRELATION:
         raise RecordError(

@@ -23,16 +23,9 @@ def measure_response(
 ) -> tuple[float, float, float, float, float]:
     """Return (dead time, T63, T86, T98, overshoot) of one step, NaN where the noise hides them.
 
-    Parameters
-    ----------
-    time, stem : ndarray, shape (n_hold + 1,)
-        Times [s] and stem from the last sample before the step to the end of the hold.
-    begin : float
-        Time of the step [s].
-    before, after : float
-        Stem at rest before and at the end [unit of the stem].
-    sigma : float
-        Noise and rounding of the stem [its unit].
+    `time`, `stem`, of shape (n_hold + 1,): times [s] and stem from the last sample before the step to the end of the
+    hold. `begin`: time of the step [s]. `before`, `after`: stem at rest before and at the end [unit of the stem].
+    `sigma`: noise and rounding of the stem [its unit].
     """
     travel = after - before
     done = (stem - before) / travel

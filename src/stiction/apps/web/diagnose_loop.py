@@ -35,17 +35,8 @@ def diagnose_file(record_path: str) -> Diagnosis:
 def diagnose_loop(record_path: str, folder: str) -> dict[str, Any]:
     """Diagnose the loop of a Parquet file of records and write what its page shows.
 
-    Parameters
-    ----------
-    record_path : str
-        File that holds one record.
-    folder : str
-        Folder for `content.json` and `signals.npz`.
-
-    Returns
-    -------
-    dict
-        The row of the table of loops.
+    `record_path`: file that holds one record. `folder`: folder for `content.json` and `signals.npz`. Gives the row of
+    the table of loops.
     """
     from stiction.apps.web.trend_data import save_signals, thin_values
     from stiction.fleet import LoopRow

@@ -23,24 +23,8 @@ FORMATS = {
 def export_table(kind: str, columns: Sequence[dict[str, str]], rows: Sequence[Sequence[Any]]) -> bytes:
     r"""Write a table.
 
-    Parameters
-    ----------
-    kind : {"csv", "xlsx", "parquet"}
-        Format.
-    columns : sequence of dict
-        `name`, and `type`: "number" or "text".
-    rows : sequence of sequence
-        Cells in the order of the columns; None is empty.
-
-    Returns
-    -------
-    bytes
-        The file.
-
-    Raises
-    ------
-    ParameterError
-        When a row has another number of cells than there are columns, or a number is none.
+    `columns`: `name`, and `type`: "number" or "text". `rows`: cells in the order of the columns; None is empty. Raises
+    ParameterError when a row has another number of cells than there are columns, or a number is none.
 
     Examples
     --------

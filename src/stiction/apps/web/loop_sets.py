@@ -27,10 +27,7 @@ MAX_EXPORT_BYTES = 30_000_000
 def find_set(request: Request) -> LoopSet:
     """Return the set of loops that the path names.
 
-    Raises
-    ------
-    HTTPException
-        404 when there is none.
+    Raises HTTPException 404 when there is none.
     """
     name = request.path_params["set"]
     found = request.app.state.workspace.sets().get(name)

@@ -111,10 +111,7 @@ class ScreenSettings:
     def from_mapping(cls, values: Mapping[str, Any]) -> Self:
         """Make settings of the texts or numbers in an address or a message; what is not named keeps its default.
 
-        Raises
-        ------
-        ParameterError
-            When a name is unknown, or a value is no number or outside its limits.
+        Raises ParameterError when a name is unknown, or a value is no number or outside its limits.
         """
         types = {setting.name: setting.type for setting in fields(cls)}
         if unknown := sorted(set(values) - set(types)):

@@ -42,16 +42,8 @@ class ServedSources:
 def find_sources(sources: Sequence[str]) -> ServedSources:
     """Find audits and files, and check that they can be opened.
 
-    Parameters
-    ----------
-    sources : sequence of str
-        Folders of audits, files, folders of files, patterns.
-
-    Raises
-    ------
-    RecordError
-        When there is no such file or folder, a folder is no audit and holds no file with records, or an audit is of
-        another version or damaged.
+    `sources`: folders of audits, files, folders of files, patterns. Raises RecordError when there is no such file or
+    folder, a folder is no audit and holds no file with records, or an audit is of another version or damaged.
 
     Examples
     --------

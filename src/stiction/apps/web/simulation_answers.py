@@ -68,10 +68,7 @@ def answer(kind: str, request_id: int, values: Mapping[str, Any], width: int) ->
 def answer_start(record_path: str) -> bytes:
     """Diagnose the record of a loop and return where the what-if screen starts.
 
-    Parameters
-    ----------
-    record_path : str
-        File that holds one record.
+    `record_path`: file that holds one record.
     """
     from stiction.apps.web.diagnose_loop import diagnose_file
     from stiction.apps.web.packed import pack

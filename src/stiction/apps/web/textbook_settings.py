@@ -92,10 +92,7 @@ class TextbookSettings(ScreenSettings):
     def ramp_valves(self) -> dict[str, Valve]:
         """Make one valve of each model with the same S and J, by the name on the screen.
 
-        Raises
-        ------
-        ParameterError
-            When J exceeds S.
+        Raises ParameterError when J exceeds S.
         """
         from stiction import models
         from stiction.models.parameter_sets import table1_reading_a

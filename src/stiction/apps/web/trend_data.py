@@ -33,16 +33,8 @@ def save_signals(
 ) -> None:
     """Write the signals of a loop as arrays; readers see the whole file or none.
 
-    Parameters
-    ----------
-    path : path-like
-        File to write (.npz).
-    record : LoopRecord
-        Signals of the loop.
-    extra : dict, optional
-        `model` and `position`, shape (n_samples,).
-    note : str
-        Where the samples come from, for the plot's sentence.
+    `path`: file to write (.npz). `record`: signals of the loop. `extra`: `model` and `position`, shape (n_samples,).
+    `note`: where the samples come from, for the plot's sentence.
     """
     signals = {name: getattr(record, name) for name in SIGNALS[:4] if getattr(record, name) is not None}
     signals |= {name: y for name, y in (extra or {}).items() if np.isfinite(y).any()}
@@ -75,20 +67,9 @@ def _load(path: str, changed_ns: int) -> tuple[dict[str, Any], dict[str, NDArray
 def load_trend(path: str, start: float | None, end: float | None, points: int) -> bytes:
     """Return a window of the signals as JSON, thinned so that no peak is lost.
 
-    Parameters
-    ----------
-    path : str
-        File of `save_signals`.
-    start, end : float, optional
-        Window [s since the first sample]; the whole record by default.
-    points : int
-        Width of the plot [px].
-
-    Returns
-    -------
-    bytes
-        ``{"about", "from", "to", "thinned", "time", "signals": {name: [...]}}``; times in seconds since the first
-        sample.
+    `start`, `end`: window [s since the first sample]; the whole record by default. `points`: width of the plot [px].
+    Gives ``{"about", "from", "to", "thinned", "time", "signals": {name: [...]}}``; times in seconds since the first
+    sample.
     """
     about, signals = _load(path, Path(path).stat().st_mtime_ns)
     dt, n = about["dt"], about["samples"]
@@ -110,19 +91,8 @@ def thin_columns(
 ) -> tuple[NDArray[np.float64], dict[str, NDArray[np.float64]]]:
     """Thin signals of one clock: the smallest and the largest value of each of `width` blocks, in their order.
 
-    Parameters
-    ----------
-    signals : dict of ndarray, shape (n_samples,)
-        NaN is a gap.
-    width : int
-        Number of blocks [-].
-
-    Returns
-    -------
-    samples : ndarray, shape (n_points,)
-        Sample number of each point.
-    thinned : dict of ndarray, shape (n_points,)
-        The signals at these points. A block without a value is a gap.
+    `signals`: NaN is a gap. `width`: number of blocks [-]. Gives `samples`: sample number of each point; `thinned`: the
+    signals at these points. A block without a value is a gap.
 
     Examples
     --------

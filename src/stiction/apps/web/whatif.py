@@ -47,22 +47,9 @@ class Trend:
 def simulate_trend(settings: WhatIfSettings, width: int = 1200) -> Trend:
     """Simulate the loop until it has settled, and return the next part of it.
 
-    Parameters
-    ----------
-    settings : WhatIfSettings
-        The loop.
-    width : int
-        Width of the plot [px]; each signal keeps its lowest and highest value of every pixel.
-
-    Returns
-    -------
-    Trend
-        `settings.duration` of the loop, from a rise of OP through its middle.
-
-    Raises
-    ------
-    ParameterError
-        When the settings give no loop.
+    `width`: width of the plot [px]; each signal keeps its lowest and highest value of every pixel. Gives
+    `settings.duration` of the loop, from a rise of OP through its middle. Raises ParameterError when the settings give
+    no loop.
 
     Examples
     --------
@@ -107,21 +94,10 @@ def make_start_load(settings: WhatIfSettings, n: int) -> NDArray[np.float64]:
 def predict_cycles(settings: WhatIfSettings) -> dict[str, Any]:
     """Predict the limit cycles of the loop; takes 0.02 to 1.4 s, so that it runs in another process.
 
-    Parameters
-    ----------
-    settings : WhatIfSettings
-        The loop; a compensator is left out, because no describing function covers it.
-
-    Returns
-    -------
-    dict
-        `sentence`, and `cycles`: a list of `kind`, `stable`, `period_s`, `amplitude_op` [% of span], `amplitude_pv`
-        [PV units], `family`, `exact` and `trust`, the exact cycle where there is one.
-
-    Raises
-    ------
-    ParameterError
-        When the settings give no loop, or the loop has no point of rest.
+    `settings`: the loop; a compensator is left out, because no describing function covers it. Gives `sentence`, and
+    `cycles`: a list of `kind`, `stable`, `period_s`, `amplitude_op` [% of span], `amplitude_pv` [PV units], `family`,
+    `exact` and `trust`, the exact cycle where there is one. Raises ParameterError when the settings give no loop, or
+    the loop has no point of rest.
     """
     from stiction.limitcycle import predict_limit_cycles
 

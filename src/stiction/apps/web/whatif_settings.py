@@ -146,10 +146,7 @@ class WhatIfSettings(ScreenSettings):
     def compensator_model(self) -> Compensator | None:
         """Make the compensator with the settings that belong to S and J; None where none is chosen.
 
-        Raises
-        ------
-        ParameterError
-            When S is 0.
+        Raises ParameterError when S is 0.
         """
         if self.compensator == "none":
             return None

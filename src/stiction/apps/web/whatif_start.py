@@ -49,23 +49,9 @@ class WhatIfStart:
 def start_from_diagnosis(diagnosis: Diagnosis, *, width: int = 1600) -> WhatIfStart:
     """Return the settings that repeat a diagnosed loop; takes seconds, so that it runs in another process.
 
-    Parameters
-    ----------
-    diagnosis : Diagnosis
-        The diagnosis.
-    width : int
-        Width of the plot [px].
-
-    Returns
-    -------
-    WhatIfStart
-        Settings of the loop's twin where one can be built, else of the identification and the fitted controller, else
-        usual ones; `remarks` says which.
-
-    Raises
-    ------
-    RecordError
-        When the record holds no PV, or too few samples.
+    `width`: width of the plot [px]. Gives settings of the loop's twin where one can be built, else of the
+    identification and the fitted controller, else usual ones; `remarks` says which. Raises RecordError when the record
+    holds no PV, or too few samples.
     """
     segment = diagnosis.segment.part
     if segment.pv is None or len(segment) < SHORTEST_RECORD_SAMPLES:

@@ -32,19 +32,8 @@ def describe_trend(
 ) -> str:
     """Say what the simulated loop does.
 
-    Parameters
-    ----------
-    settings : WhatIfSettings
-        The loop.
-    op_swing, pv_swing : Swing
-        How OP [% of span] and PV [PV units] swing.
-    op, pv : ndarray, shape (n_samples,)
-        The part that is shown.
-
-    Returns
-    -------
-    str
-        One to three sentences.
+    `op_swing`, `pv_swing`: how OP [% of span] and PV [PV units] swing. `op`, `pv`: the part that is shown. Gives one to
+    three sentences.
     """
     if not np.isfinite(op).all() or float(np.abs(op).max()) > RUNAWAY:
         return "The simulated loop is unstable: OP and PV grow without end. Lower the controller gain."
@@ -77,19 +66,8 @@ def describe_trend(
 def describe_cycles(settings: WhatIfSettings, loop: Loop, cycles: Sequence[Mapping[str, Any]]) -> str:
     """Say which limit cycles are predicted.
 
-    Parameters
-    ----------
-    settings : WhatIfSettings
-        What the screen shows.
-    loop : Loop
-        The loop without its compensator.
-    cycles : sequence of mapping
-        The cycles, as `predict_cycles` returns them.
-
-    Returns
-    -------
-    str
-        One to three sentences.
+    `settings`: what the screen shows. `loop`: the loop without its compensator. `cycles`: the cycles, as
+    `predict_cycles` returns them. Gives one to three sentences.
     """
     from stiction.limitcycle.predict import explain_no_cycle
 

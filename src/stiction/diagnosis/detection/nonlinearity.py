@@ -71,16 +71,8 @@ def nonlinearity(record: LoopRecord, oscillation: Oscillation) -> Evidence:
 def nonlinearity_index(x: NDArray[np.float64], per_period: int) -> float:
     """N of a series [-]; NaN where it is too short, or has next to nothing above its fundamental.
 
-    Parameters
-    ----------
-    x : ndarray, shape (n_samples,)
-        The series about its drift; 8 periods or more.
-    per_period : int
-        Samples to a period [-]; also the length of the stretches compared.
-
-    Returns
-    -------
-    float
+    `x`: the series about its drift; 8 periods or more. `per_period`: samples to a period [-]; also the length of the
+    stretches compared. Gives .
 
     Examples
     --------

@@ -81,15 +81,8 @@ def symbols(x: NDArray[np.float64]) -> NDArray[np.intp]:
 def still_shares(op: NDArray[np.intp], moved: NDArray[np.intp]) -> tuple[float, float]:
     """Shares rho_1 and rho_3 of two series of symbols.
 
-    Parameters
-    ----------
-    op, moved : ndarray of int, shape (n_steps,)
-        Symbols of OP and of the valve position or flow.
-
-    Returns
-    -------
-    rho_1, rho_3 : float
-        Both [-]; NaN where nothing ever moves.
+    `op`, `moved`, of shape (n_steps,): symbols of OP and of the valve position or flow. Gives `rho_1`, `rho_3`: both
+    [-]; NaN where nothing ever moves.
 
     Examples
     --------

@@ -16,9 +16,11 @@ from stiction.diagnosis.identification.controller_forms import (
     best_form,
     energy_of,
     moves,
+    neighbour_correlation,
     positions,
 )
 from stiction.diagnosis.identification.result import ControllerFit
+from stiction.records.quality.quantisation import count_values
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -56,18 +58,9 @@ def fit_controller(segment: JudgedSegment) -> ControllerFit:
     The moves of OP from sample to sample are compared unless their residuals alternate, as those of a rounded OP
     do; then OP itself is compared. Gaps, samples in manual, at a limit of OP, and single bumps are left out.
 
-    Parameters
-    ----------
-    segment : JudgedSegment
-        The judged part of a record; without SP, a constant one is assumed.
+    `segment`: the judged part of a record; without SP, a constant one is assumed. Gives the controller and how much of
+    the OP it explains.
 
-    Returns
-    -------
-    ControllerFit
-        The controller and how much of the OP it explains.
-
-    Notes
-    -----
     Derived in ``docs/understand/controller.md``; tests compare with simulated controllers. A loop that swings as one
     sine is explained by any PI-like relation of OP and PV: ``explained`` proves no causality.
 
@@ -113,13 +106,13 @@ def fit_controller(segment: JudgedSegment) -> ControllerFit:
     exact = as_rounded or left <= EXACT
     trapezoid = 0.0 if exact else 0.5
     data.columns[1] -= trapezoid * record.dt * data.columns[0]
-    rho = _neighbours(full)
+    rho = neighbour_correlation(full)
     found, compared = best_form(data, moving, max(rho, 0.0), record.dt, exact), "moves of OP"
     # Where the moves leave no more than the rounding of computed numbers, their correlation says nothing.
     if left > COMPUTED and (rho < ROUNDED or found.share < ENOUGH or ("D" in found.form and not exact)):
         whole = positions(op, error, pv, valid, record.dt, trapezoid, moving)
         if whole.y.size >= FEWEST_ROWS and np.any(whole.y):
-            rho = min(max(_neighbours(whole.unexplained(moving)), 0.0), 0.99)
+            rho = min(max(neighbour_correlation(whole.unexplained(moving)), 0.0), 0.99)
             other = best_form(whole, moving, rho, record.dt, exact)
             if other.share > found.share:
                 found, compared, bumps = other, "OP itself", 0
@@ -194,7 +187,7 @@ def at_limit(op: NDArray[np.float64]) -> NDArray[np.bool_]:
     rests = (length >= max(3.0, 3.0 * usual)) & ((value == value.max()) | (value == value.min()))
     out = np.isin(op, np.unique(value[rests])) if rests.any() else np.zeros(op.size, dtype=bool)
     # An OP of a few rounded values has rests, not limits.
-    return out if np.unique(op[~out]).size > 2 else np.zeros(op.size, dtype=bool)
+    return out if count_values(op[~out], 3) == 3 else np.zeros(op.size, dtype=bool)
 
 
 def _rounding(law: Mapping[int, float], dt: float, op_step: float, pv_step: float) -> float:
@@ -233,9 +226,3 @@ def _stands_out(between: float, left: NDArray[np.float64], rounding: float) -> b
     """
     beyond = abs(energy_of(left) / left.size - rounding)
     return between > SMOOTHER * (beyond + STANDARD_ERRORS * math.sqrt(1.8 / left.size) * rounding)
-
-
-def _neighbours(x: NDArray[np.float64]) -> float:
-    """Correlation of neighbouring residuals [-]."""
-    energy = energy_of(x)
-    return float(np.einsum("i,i->", x[1:], x[:-1])) / energy if energy > 0.0 else 0.0

@@ -20,6 +20,7 @@ __all__ = [
     "best_form",
     "energy_of",
     "moves",
+    "neighbour_correlation",
     "positions",
 ]
 
@@ -98,6 +99,12 @@ def energy_of(x: NDArray[np.float64]) -> float:
     return float(np.einsum("i,i->", x, x))
 
 
+def neighbour_correlation(x: NDArray[np.float64]) -> float:
+    """Correlation of neighbouring residuals [-]."""
+    energy = energy_of(x)
+    return float(np.einsum("i,i->", x[1:], x[:-1])) / energy if energy > 0.0 else 0.0
+
+
 def moves(
     op: NDArray[np.float64],
     error: NDArray[np.float64],
@@ -159,9 +166,11 @@ def positions(
     de, dy = np.diff(error, prepend=error[:1]), -np.diff(pv, prepend=pv[:1])
     parts = (error, dt * (np.cumsum(error) - trapezoid * error), de / dt, -pv, dy / dt)
     signals = np.stack([part[rows] for part in (op, *parts[: None if moving else P_PV])])
-    names, member = np.unique(stretch[rows], return_inverse=True)
-    straight = _straightened(signals, np.flatnonzero(rows).astype(np.float64), member, names.size)
-    return Regression(straight[0], straight[1:], 2 * names.size)
+    kept = stretch[rows]
+    member = np.cumsum(np.diff(kept, prepend=kept[:1]) != 0)
+    count = int(member[-1]) + 1 if member.size else 0
+    straight = _straightened(signals, np.flatnonzero(rows).astype(np.float64), member, count)
+    return Regression(straight[0], straight[1:], 2 * count)
 
 
 def _straightened(

@@ -9,8 +9,7 @@ import numpy as np
 
 from stiction.diagnosis.identification.candidates import evaluated
 from stiction.diagnosis.identification.regression import MIN_ERROR
-from stiction.diagnosis.identification.stems import as_valve_arrays, valve_positions
-from stiction.models.processes.first_order_lag import first_order_lag
+from stiction.diagnosis.identification.stems import as_valve_arrays, first_order_lags, valve_positions
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -181,7 +180,7 @@ class PositionRegression:
         i, j = np.unravel_index(int(np.argmin(errors)), errors.shape)
         lag, delay = self.lags[int(i)], self.delays[int(j)]
         index = np.flatnonzero(self.weight)
-        x, y = _lagged(stem[np.newaxis], lag)[0, index - delay], self.position[index]
+        x, y = first_order_lags(stem, lag, settled=True)[index - delay], self.position[index]
         dx = x - x.mean()
         power = float(dx @ dx)
         slope = float(dx @ y) / power if power > 0.0 else 0.0
@@ -195,7 +194,7 @@ class PositionRegression:
         rows = []
         for stem in positions:
             line = self.line(stem)
-            x = _lagged(stem[np.newaxis], line.lag)[0, index - line.delay]
+            x = first_order_lags(stem, line.lag, settled=True)[index - line.delay]
             rows.append(self.position[index] + self.level - line.level - line.slope * x)
         return np.array(rows)
 
@@ -216,20 +215,12 @@ class PositionRegression:
         x = positions - float(self.op.mean())
         errors = []
         for lag in self.lags:
-            z = _lagged(x, lag)
+            z = first_order_lags(x, lag, settled=True)
             total = (z * z) @ w
             power = total - (z @ w) ** 2 / self.n_predicted
             moves = power > 1e-9 * total + 1e-12  # less is rounding: the stem rests
             errors.append(energy - np.where(moves, (z @ y) ** 2 / np.where(moves, power, 1.0), 0.0))
         return np.maximum(np.array(errors), MIN_ERROR * energy)
-
-
-def _lagged(x: NDArray[np.float64], lag: float) -> NDArray[np.float64]:
-    """Answer of a first-order lag [samples] of unit gain, at rest at the first value."""
-    if lag == 0.0:
-        return x
-    decay = float(np.exp(-1.0 / lag))
-    return first_order_lag(x, decay, start=x[:, 0])
 
 
 def position_regression(signal: PositionSignal) -> PositionRegression:

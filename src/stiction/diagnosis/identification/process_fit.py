@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stiction.diagnosis.identification.result import ProcessFit
-from stiction.diagnosis.identification.stems import process_products
-from stiction.models.processes.first_order_lag import first_order_lag
+from stiction.diagnosis.identification.stems import first_order_lags, process_products
 from stiction.records.fast_length import next_fast_length
 
 if TYPE_CHECKING:
@@ -114,13 +113,8 @@ def fit_process(
 
 def _lagged(u: NDArray[np.float64], slow: float, fast: float) -> NDArray[np.float64]:
     """Answer of one or two lags of unit gain, or of an integrator, to a signal."""
-    if np.isinf(slow):
-        y = np.cumsum(u)
-    else:
-        y = first_order_lag(u, float(np.exp(-1.0 / max(slow, 1e-3))))
-    if fast > 0.0:
-        y = first_order_lag(y, float(np.exp(-1.0 / max(fast, 1e-3))))
-    return y
+    y = np.cumsum(u) if np.isinf(slow) else first_order_lags(u, slow, settled=False)
+    return first_order_lags(y, fast, settled=False)
 
 
 def _delayed(y: NDArray[np.float64], delay: float) -> NDArray[np.float64]:

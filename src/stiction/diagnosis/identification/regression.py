@@ -8,7 +8,7 @@ squares that their positions leave.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -16,7 +16,6 @@ import numpy as np
 
 from stiction.diagnosis.identification.candidates import evaluated
 from stiction.diagnosis.identification.stems import add_lag_products, as_valve_arrays, valve_positions
-from stiction.models.processes.first_order_lag import first_order_lag
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -83,11 +82,6 @@ class Regression:
         out = np.empty((len(valves), self.pv.size))
         valve_positions(self.op, self.per_block, *as_valve_arrays(valves), out)
         return out
-
-    def behind_lag(self, lag: float) -> Regression:
-        """The same with an actuator that follows OP with a lag [samples of `op`]."""
-        keep = float(np.exp(-1.0 / max(lag, 1e-3)))
-        return replace(self, op=first_order_lag(self.op, keep, start=float(self.op[0])))
 
     def evaluate(self, valves: NDArray[np.float64]) -> Candidates:
         """Candidate valves, rows of (S, J / S, rests, start), with their costs."""

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stiction.diagnosis.identification.candidates import Candidates, combinations, halved_steps, joined, pattern_search
+from stiction.diagnosis.identification.stems import first_order_lags
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -76,15 +78,20 @@ def search_behind_lags(coarse: Regression, fine: Regression, best: Valve, max_S:
     S = np.minimum(best.S * np.exp(np.linspace(-0.6, 0.1, 10)), max_S)
     grid = combinations(S, np.linspace(0.0, 1.0, 4), np.array([best.rests]), np.zeros(1))
     lags = [float(lag) for lag in ACTUATOR_LAGS]
-    found = [coarse.behind_lag(lag * coarse.per_block / fine.per_block).evaluate(grid) for lag in lags]
+    found = [_behind_lag(coarse, lag * coarse.per_block / fine.per_block).evaluate(grid) for lag in lags]
     costs = []
     for rows, steps in ((grid[:, 1] >= 0.0, LAG_STEPS), (grid[:, 1] == 0.0, _without_jump(LAG_STEPS))):
         likeliest = int(np.argmin([one.cost[rows].min() for one in found]))
-        behind_lag = fine.behind_lag(lags[likeliest])
+        behind_lag = _behind_lag(fine, lags[likeliest])
         starts = Candidates(grid[rows], found[likeliest].cost[rows]).local_minima(3, 0.05, 0.2)
         refined = pattern_search(behind_lag.evaluate, behind_lag.evaluate(starts), steps, max_S)
         costs.append(float(refined.cost.min()))
     return costs[0], costs[1]
+
+
+def _behind_lag(regression: Regression, lag: float) -> Regression:
+    """A regression with an actuator that follows OP with a lag [samples of its OP]."""
+    return replace(regression, op=first_order_lags(regression.op, lag, settled=True))
 
 
 ACTUATOR_LAGS = 0.8 * np.array([1.0, 2.0, 2.0**2])

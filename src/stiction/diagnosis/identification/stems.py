@@ -10,6 +10,7 @@ from stiction.models.numba_compile import kernel
 __all__ = [
     "add_lag_products",
     "as_valve_arrays",
+    "first_order_lags",
     "process_products",
     "relay_signals",
     "valve_positions",
@@ -63,6 +64,15 @@ def relay_signals(x, low, high, out):
             elif x[k] <= low[i]:
                 state = -1.0
             out[i, k] = state
+
+
+@kernel
+def _first_order_lags(x, keep, settled, out):
+    for row in range(x.shape[0]):
+        state = x[row, 0] if settled else 0.0
+        for k in range(x.shape[1]):
+            state = keep * state + (1.0 - keep) * x[row, k]
+            out[row, k] = state
 
 
 @kernel
@@ -127,3 +137,13 @@ def whole_position(op: np.ndarray, valve: tuple[float, float, float, float]) -> 
     out = np.empty((1, op.size))
     valve_positions(np.ascontiguousarray(op), 1, *as_valve_arrays(np.array([valve])), out)
     return out[0]
+
+
+def first_order_lags(x: np.ndarray, lag: float, *, settled: bool) -> np.ndarray:
+    """A signal, or one in each row, behind a lag [samples] of unit gain: at rest at its first value, or at 0."""
+    if lag <= 0.0:
+        return x
+    rows = np.ascontiguousarray(np.atleast_2d(x))
+    out = np.empty_like(rows)
+    _first_order_lags(rows, float(np.exp(-1.0 / max(lag, 1e-3))), settled, out)
+    return out.reshape(x.shape)

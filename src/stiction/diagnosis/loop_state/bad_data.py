@@ -17,19 +17,8 @@ __all__ = ["find_bad_data"]
 def find_bad_data(op: NDArray[np.float64], pv: NDArray[np.float64], *, max_gap: int = 5) -> NDArray[np.bool_]:
     """Mark the samples that cannot be used.
 
-    Parameters
-    ----------
-    op : ndarray, shape (n_samples,)
-        Controller output [% of span]; NaN is missing.
-    pv : ndarray, shape (n_samples,)
-        Process variable [its unit]; NaN is missing.
-    max_gap : int
-        Longest gap over which the last value may be held [samples].
-
-    Returns
-    -------
-    ndarray of bool, shape (n_samples,)
-        True in long gaps.
+    `op`: controller output [% of span]; NaN is missing. `pv`: process variable [its unit]; NaN is missing. `max_gap`:
+    longest gap over which the last value may be held [samples]. Gives True in long gaps.
 
     Examples
     --------

@@ -62,19 +62,8 @@ def describe_action(state: LoopState) -> str:
 def describe_state(state: LoopState, start: datetime | None = None, pv_unit: str = "") -> str:
     """Say what was measured, with numbers and times; empty in control.
 
-    Parameters
-    ----------
-    state : LoopState
-        State of the loop.
-    start : datetime, optional
-        Time of the first sample; without it times count from the first sample.
-    pv_unit : str
-        Unit of PV.
-
-    Returns
-    -------
-    str
-        One or two sentences.
+    `state`: state of the loop. `start`: time of the first sample; without it times count from the first sample. Gives
+    one or two sentences.
 
     Examples
     --------

@@ -19,20 +19,9 @@ def find_valve_not_responding(
 ) -> WindUp | None:
     """Find the travel of OP to which the valve does not respond.
 
-    Parameters
-    ----------
-    op : ndarray, shape (n_samples,)
-        Controller output [% of span]; NaN is missing.
-    pv, sp : ndarray, shape (n_samples,)
-        Process variable and set point [unit of PV].
+    `op`: controller output [% of span]; NaN is missing. `pv`, `sp`: process variable and set point [unit of PV]. Gives
+    the travel and the stay at its end; None when PV answers, or another controller moves PV.
 
-    Returns
-    -------
-    WindUp or None
-        The travel and the stay at its end; None when PV answers, or another controller moves PV.
-
-    Notes
-    -----
     The deadband plus stickband of a valve in service is a few per cent, rarely above 15 %. A PV that does not answer a
     travel of 15 % and more means a stem that is stuck fast, a closed block valve, or a valve that another controller
     moves. PV then drifts with the loads only. A regular oscillation of PV speaks for another controller: that is

@@ -39,21 +39,9 @@ def further_oscillations(
 ) -> tuple[float, tuple[FurtherOscillation, ...]]:
     """Share of the main oscillation, and the others.
 
-    Parameters
-    ----------
-    error : ndarray, shape (n_samples,)
-        Control error [engineering units].
-    samples_per_period : float
-        Period of the main oscillation over sampling period [-].
-    dt : float
-        Sampling period [s].
-
-    Returns
-    -------
-    share : float
-        Share of the error's variance that the main oscillation carries, harmonics included [-].
-    others : tuple of FurtherOscillation
-        At most two, the larger first.
+    `error`: control error [engineering units]. `samples_per_period`: period of the main oscillation over sampling
+    period [-]. `dt`: sampling period [s]. Gives `share`: share of the error's variance that the main oscillation
+    carries, harmonics included [-]; `others`: at most two, the larger first.
 
     Examples
     --------
@@ -73,13 +61,14 @@ def further_oscillations(
     known, found = [samples_per_period], []
     while len(found) < MOST and float(rest.var()) > LEAST_SHARE * total:
         candidates = [
-            (one.power, around)
-            for around, one in octaves(rest)
+            (one.power, around, one if all_samples else None)
+            for around, one, all_samples in octaves(rest)
             if one.regular and one.height > MAJORITY and not _belongs(one, known)
         ]
         if not candidates:
             break
-        best = octave(rest, max(candidates)[1])
+        _, around, exact = max(candidates, key=lambda one: one[:2])
+        best = exact or octave(rest, around)
         if not best.period > 0.0:
             break
         wave = cycle_average(rest, best.period)
@@ -96,17 +85,8 @@ def further_oscillations(
 def cycle_average(x: NDArray[np.float64], samples_per_period: float) -> NDArray[np.float64]:
     """Mean of a signal over its cycles, laid out again along the cycles found.
 
-    Parameters
-    ----------
-    x : ndarray, shape (n_samples,)
-        Signal without gaps [any unit].
-    samples_per_period : float
-        Period over sampling period [-].
-
-    Returns
-    -------
-    ndarray, shape (n_samples,)
-        The mean cycle about zero [unit of `x`]; 0 before the first and after the last whole cycle.
+    `x`: signal without gaps [any unit]. `samples_per_period`: period over sampling period [-]. Gives the mean cycle
+    about zero [unit of `x`]; 0 before the first and after the last whole cycle.
 
     Examples
     --------

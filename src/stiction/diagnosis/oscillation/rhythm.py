@@ -86,10 +86,11 @@ def autocorrelation(x: NDArray[np.float64], longest: float = np.inf) -> NDArray[
     return acf / acf[0] if acf[0] > 0.0 else np.zeros(lags)
 
 
-def octaves(x: NDArray[np.float64]) -> Iterator[tuple[float, Rhythm]]:
+def octaves(x: NDArray[np.float64]) -> Iterator[tuple[float, Rhythm, bool]]:
     """Middle period [samples] and rhythm of all octaves that have one, the shortest periods first.
 
-    In a long record that of a slow octave is found from means of two, four, ... samples, 24 or more to a period.
+    In a long record that of a slow octave is found from means of two, four, ... samples, 24 or more to a period; the
+    last value says whether it was found from all samples.
     """
     longest, around, width = x.shape[0] / FEWEST, 0.75 * 2.0 * SHORTEST, 1
     for i in range(int(np.log2(max(longest / SHORTEST, 1.0))) + 1):
@@ -97,14 +98,14 @@ def octaves(x: NDArray[np.float64]) -> Iterator[tuple[float, Rhythm]]:
             x, width = 0.5 * (x[:-1:2] + x[1::2]), 2 * width
         found = octave(x, around * 2.0**i / width)
         if found.period > 0.0:
-            yield around * 2.0**i, found._replace(period=width * found.period)
+            yield around * 2.0**i, found._replace(period=width * found.period), width == 1
 
 
 def strongest(x: NDArray[np.float64]) -> Rhythm:
     """Find the octave whose wave carries most, regular ones first."""
     found = [one for one in octaves(x) if one[1].power > 0.0]
-    for around, _ in sorted(found, key=lambda one: (one[1].regular, one[1].power), reverse=True):
-        if (exact := octave(x, around)).power > 0.0:
+    for around, rhythm, all_samples in sorted(found, key=lambda one: (one[1].regular, one[1].power), reverse=True):
+        if (exact := rhythm if all_samples else octave(x, around)).power > 0.0:
             return exact
     return NOTHING
 

@@ -87,17 +87,20 @@ class TreeModel:
         tuple of Contribution
             One for each feature.
         """
-        parts = dict.fromkeys(self.features, 0.0)
+        found = [Contribution(name, features.get(name, math.nan), part) for name, part in self._parts(features)]
+        return tuple(sorted(found, key=lambda one: -abs(one.log_odds)))
+
+    def _parts(self, features: Mapping[str, float]) -> Iterable[tuple[str, float]]:
+        """What each feature adds to the log odds [-], in the order of the features."""
+        known, parts = {k: features.get(k, math.nan) for k in self.features}, dict.fromkeys(self.features, 0.0)
         for tree in self.trees:
             node = tree[0]
             while node.feature:
-                x = features.get(node.feature, math.nan)
-                left = node.missing_left if math.isnan(x) else x <= node.threshold
-                child = tree[node.left if left else node.right]
-                parts[node.feature] += child.value - node.value
-                node = child
-        found = [Contribution(name, features.get(name, math.nan), part) for name, part in parts.items()]
-        return tuple(sorted(found, key=lambda one: -abs(one.log_odds)))
+                value, name, threshold, missing_left, left, right = node
+                x = known[name]
+                node = tree[left if (missing_left if math.isnan(x) else x <= threshold) else right]
+                parts[name] += node.value - value
+        return parts.items()
 
     def probability(self, features: Mapping[str, float], prior: float = 0.25) -> float:
         """Probability that the valve sticks.
@@ -120,13 +123,16 @@ class TreeModel:
             When the prior is not between 0 and 1.
         """
         require_probability("prior", prior)
-        return self.sum_up(self.contributions(features), prior)
+        return self._from_parts([part for _, part in self._parts(features)], prior)
 
     def sum_up(self, contributions: Iterable[Contribution], prior: float) -> float:
         """Probability [-] of what the features add to the log odds."""
-        score = self.intercept + sum(one.log_odds for one in contributions)
-        shift = log_odds(prior) - log_odds(self.training_prior)
-        return logistic(score + shift)
+        return self._from_parts([one.log_odds for one in contributions], prior)
+
+    def _from_parts(self, parts: list[float], prior: float) -> float:
+        """Probability [-] of parts that add up to the log odds; the largest first, so that their order is the same."""
+        score = self.intercept + sum(sorted(parts, key=lambda part: -abs(part)))
+        return logistic(score + (log_odds(prior) - log_odds(self.training_prior)))
 
 
 def logistic(x: float) -> float:

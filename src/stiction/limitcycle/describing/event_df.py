@@ -84,19 +84,9 @@ def _sine_responses(sb, lag, slow, amplitude, start, real, imag, turns):
 def continuous_form_df(sb: float, lag: float, rate: float, amplitude, omega, start):
     """N(A, omega) by events, and the turns until the motion repeated.
 
-    Parameters
-    ----------
-    sb, lag, rate : float
-        The valve, see `ContinuousValve` [% of span, % of span, % of span / s].
-    amplitude, omega, start : ndarray, shape (n,)
-        Amplitude [% of span] and frequency [rad/s] of the input, and the stem's rest position before [% of span].
-
-    Returns
-    -------
-    value : ndarray of complex, shape (n,)
-        N.
-    turns : ndarray of int, shape (n,)
-        Periods until two successive ones agreed; 64 when they never did.
+    `sb`, `lag`, `rate`: the valve, see `ContinuousValve` [% of span, % of span, % of span / s]. `amplitude`, `omega`,
+    `start`, of shape (n,): amplitude [% of span] and frequency [rad/s] of the input, and the stem's rest position
+    before [% of span]. Gives `value`: N; `turns`: periods until two successive ones agreed; 64 when they never did.
     """
     n = amplitude.shape[0]
     real, imag, turns = np.empty(n), np.empty(n), np.empty(n, dtype=np.int64)

@@ -36,14 +36,9 @@ _LEVEL_TOLERANCE = 1e-12
 def rest_level_offset(jump: float, family: str | float, rest: float = 0.0) -> float:
     """Offset of the rest levels from the centre of the oscillation [% of span], 0 <= offset < jump.
 
-    Parameters
-    ----------
-    jump : float
-        Distance between levels [% of span].
-    family : str or float
-        "half" (levels +-jump/2, +-3 jump/2, ...), "integer" (0, +-jump, ...) or one of the levels [% of span].
-    rest : float
-        Position of the centre on the scale of that level [% of span].
+    `jump`: distance between levels [% of span]. `family`: "half" (levels +-jump/2, +-3 jump/2, ...), "integer" (0,
+    +-jump, ...) or one of the levels [% of span]. `rest`: position of the centre on the scale of that level [% of
+    span].
     """
     if family == "half":
         return jump / 2.0
@@ -117,14 +112,8 @@ def staircase_df(sb: float, lag: float, offset: float, amplitude):
 def stenman_printed(d: float, amplitude, *, roots_repaired: bool = False):
     """Eqs. 6 and 7 letter by letter; NaN above 5d/2, which the paper does not cover.
 
-    Parameters
-    ----------
-    d : float
-        Stiction band [% of span].
-    amplitude : array_like
-        Amplitude of the valve's input [% of span].
-    roots_repaired : bool
-        Read sqrt((1 - a)^2) as sqrt(1 - a^2), the first misprint, and leave the second (the missing factor 2).
+    `d`: stiction band [% of span]. `amplitude`: amplitude of the valve's input [% of span]. `roots_repaired`: read
+    sqrt((1 - a)^2) as sqrt(1 - a^2), the first misprint, and leave the second (the missing factor 2).
 
     References
     ----------

@@ -12,15 +12,9 @@ __all__ = ["two_parameter_df"]
 def two_parameter_df(S: float, J: float, amplitude):
     """N(A) of an established oscillation, shape of `amplitude`; 0 up to S / 2, where the stem rests.
 
-    Parameters
-    ----------
-    S, J : float
-        Deadband plus stickband, and slip jump [% of span].
-    amplitude : ndarray
-        Amplitude of the valve's input [% of span].
+    `S`, `J`: deadband plus stickband, and slip jump [% of span]. `amplitude`: amplitude of the valve's input [% of
+    span].
 
-    Notes
-    -----
     From rest the input must first exceed the break-away (S + J) / 2. J = 0 is the describing function of
     deadband. The form is after choudhury2005 and was confirmed by numerical integration.
     """

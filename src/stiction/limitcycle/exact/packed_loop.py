@@ -111,11 +111,8 @@ class PackedLoop:
 def pack_loop(loop: Loop, *, sp: float = 0.0, disturbance: float = 0.0) -> PackedLoop:
     """Pack a loop for the simulation in continuous time.
 
-    Raises
-    ------
-    ParameterError
-        When the valve has no continuous-time form, its band is zero, or controller and process make an algebraic
-        loop.
+    Raises ParameterError when the valve has no continuous-time form, its band is zero, or controller and process make
+    an algebraic loop.
     """
     require_loop(loop)
     valve = require_continuous_form(loop.valve)

@@ -37,27 +37,10 @@ class Discrete(NamedTuple):
 def discretise(A, B, C, D: float, dead_time: float, dt: float) -> Discrete:
     """Discretise x' = A x + B u(t - dead_time), y = C x + D u(t - dead_time) exactly for held inputs.
 
-    Parameters
-    ----------
-    A, B, C : ndarray, shape (n, n), (n,), (n,)
-        State space of the process without its dead time.
-    D : float
-        Direct path.
-    dead_time, dt : float
-        Dead time and sampling period [s].
+    `A`, `B`, `C`, of shape (n, n): state space of the process without its dead time. `dead_time`, `dt`: dead time and
+    sampling period [s]. Gives the matrices and the whole samples of delay. Raises ParameterError when the dead time has
+    too many samples (`errors.require_samples`).
 
-    Returns
-    -------
-    Discrete
-        The matrices and the whole samples of delay.
-
-    Raises
-    ------
-    ParameterError
-        When the dead time has too many samples (`errors.require_samples`).
-
-    Notes
-    -----
     A dead time of n samples and a fraction f splits a sample in two: for f dt the input is still the
     older one, for the rest it is the newer one. Both integrals of exp(A t) B are taken exactly.
     """

@@ -28,21 +28,9 @@ def first_order_lag(
 ) -> NDArray[np.float64]:
     """Return the signal y(k) = keep y(k-1) + new x(k).
 
-    Parameters
-    ----------
-    x : ndarray, shape (n_samples,) or (n_signals, n_samples)
-        One signal, or one in each row.
-    keep : float
-        Share of the last value that remains after a sample, exp(-dt / lag) [-].
-    new : float, optional
-        Weight of the new value [-]; by default 1 - keep, which gives unit gain.
-    start : float or ndarray, shape (n_signals,)
-        Value before the first sample [unit of x].
-
-    Returns
-    -------
-    ndarray
-        The signal behind the lag, of the shape of `x`.
+    `x`: one signal, or one in each row. `keep`: share of the last value that remains after a sample, exp(-dt / lag)
+    [-]. `new`: weight of the new value [-]; by default 1 - keep, which gives unit gain. `start`, of shape (n_signals,):
+    value before the first sample [unit of x]. Gives the signal behind the lag, of the shape of `x`.
 
     Examples
     --------

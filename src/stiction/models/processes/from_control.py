@@ -15,23 +15,10 @@ __all__ = ["as_process"]
 def as_process(process: Any, dead_time: float = 0.0) -> StateSpace | TransferFunction:
     """Convert a continuous single-input single-output system to a process of this package.
 
-    Parameters
-    ----------
-    process : object
-        `TransferFunction`, `StateSpace`, `control.TransferFunction`, `control.StateSpace`, `scipy.signal.lti`
-        or a tuple (num, den) or (num, den, dead_time).
-    dead_time : float
-        Dead time to add [s]; the other packages have no attribute for it.
-
-    Returns
-    -------
-    StateSpace or TransferFunction
-        The process.
-
-    Raises
-    ------
-    ParameterError
-        When `dead_time` is negative, or the system is sampled, has several inputs or outputs, or is none of these.
+    `process`: `TransferFunction`, `StateSpace`, `control.TransferFunction`, `control.StateSpace`, `scipy.signal.lti` or
+    a tuple (num, den) or (num, den, dead_time). `dead_time`: dead time to add [s]; the other packages have no attribute
+    for it. Raises ParameterError when `dead_time` is negative, or the system is sampled, has several inputs or outputs,
+    or is none of these.
 
     Examples
     --------

@@ -168,17 +168,10 @@ def is_stored_on_change(
 ) -> bool:
     """Say whether values were stored only when the signal had changed, so that it stood still between them.
 
-    Parameters
-    ----------
-    x, t : ndarray, shape (n_values,)
-        The stored values [any unit] and their times [s].
-    min_values : int
-        Fewest values [-].
-    min_ratio : float
-        Smallest ratio of the 5 % quantile of the changes to their median, where they are no quantisation steps [-].
+    `x`, `t`, of shape (n_values,): the stored values [any unit] and their times [s]. `min_values`: fewest values [-].
+    `min_ratio`: smallest ratio of the 5 % quantile of the changes to their median, where they are no quantisation steps
+    [-].
 
-    Notes
-    -----
     No value repeats the one before; the changes are a deviation or more, or few quantisation steps, and, unlike those
     of a signal of which values were lost, do not grow with the time between them.
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from stiction.display.number_format import count_noun
 from stiction.records.check_result import MIN_CYCLES, CheckResult, check_minimum
-from stiction.records.quality.quantisation import peak_to_peak, robust_range
+from stiction.records.quality.quantisation import peak_to_peak
 from stiction.records.quantiles import robust_std
 
 if TYPE_CHECKING:
@@ -47,7 +47,10 @@ def count_reversals(x: NDArray[np.float64], min_move: float = 0.0) -> int:
     directions = directions[moving := directions != 0.0]
     if not directions.size:
         return 0
-    turning = x[:-1][moving][np.append(True, directions[1:] != directions[:-1])]
+    turns = directions[1:] != directions[:-1]
+    if min_move == 0.0:
+        return int(np.count_nonzero(turns))
+    turning = x[:-1][moving][np.append(True, turns)]
     values = iter([*turning.tolist(), float(x[-1])])
     count, rises, low = 0, None, math.inf
     high = farthest = -math.inf
@@ -97,11 +100,11 @@ def _check_movement(name: str, moved: float, finding: str, remedy: str) -> Check
     return CheckResult(result, "reject", moved, 0.0, unit, finding, remedy)
 
 
-def check_op_reversals(op: NDArray[np.float64], *, min_share: float = 0.15) -> CheckResult | None:
-    """Reversals of OP by `min_share` of its robust range [-] and more: friction shows nowhere else."""
+def check_op_reversals(op: NDArray[np.float64], swing: float, *, min_share: float = 0.15) -> CheckResult | None:
+    """Reversals of OP by `min_share` of its robust range `swing` [-] and more: friction shows nowhere else."""
     if not peak_to_peak(op) > 0.0:
         return None
-    count = count_reversals(op, min_share * robust_range(op))
+    count = count_reversals(op, min_share * swing)
     return check_minimum(
         "op reversals", count, "-", warn=2 * MIN_CYCLES, remedy="record a period with more OP movement",
         finding=f"OP reverses {count_noun(count, 'time')}; friction shows only at reversals",

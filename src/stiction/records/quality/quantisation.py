@@ -104,7 +104,12 @@ def _from_whole(x: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.abs(x - np.round(x))
 
 
-def count_levels(x: NDArray[np.float64], step: float | None = None, values: NDArray[np.float64] | None = None) -> float:
+def count_levels(
+    x: NDArray[np.float64],
+    step: float | None = None,
+    values: NDArray[np.float64] | None = None,
+    swing: float | None = None,
+) -> float:
     """Count the quantisation levels that a signal covers.
 
     Parameters
@@ -115,6 +120,8 @@ def count_levels(x: NDArray[np.float64], step: float | None = None, values: NDAr
         Its quantisation step [unit of `x`], when it is known.
     values : ndarray, shape (n_values,), optional
         Its different values in ascending order [unit of `x`], when they are known.
+    swing : float, optional
+        Its robust range [unit of `x`], when it is known.
 
     Returns
     -------
@@ -132,7 +139,7 @@ def count_levels(x: NDArray[np.float64], step: float | None = None, values: NDAr
         return float("nan")
     if len(values) > 0.5 * len(x):
         return float(len(values))
-    width = robust_range(x) or peak_to_peak(x)
+    width = (robust_range(x) if swing is None else swing) or peak_to_peak(x)
     step = quantisation_step(x, values) if step is None else step
     if not step:
         gaps = np.diff(values)
@@ -178,10 +185,10 @@ def is_coarse(x: NDArray[np.float64], *, max_values: int = 50) -> bool:
 
 
 def check_resolution(
-    signal: str, x: NDArray[np.float64], step: float, values: NDArray[np.float64]
+    signal: str, x: NDArray[np.float64], step: float, values: NDArray[np.float64], swing: float
 ) -> CheckResult | None:
     """Quantisation steps that OP or PV covers: few steps of PV look like stick and slip."""
-    levels = count_levels(x, step, values)
+    levels = count_levels(x, step, values, swing)
     if np.isnan(levels):
         return None
     return check_minimum(

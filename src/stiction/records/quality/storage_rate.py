@@ -109,8 +109,11 @@ def find_slower_signal(
         other_moves = np.count_nonzero(moved[other] & held) > min_other_share * np.count_nonzero(held)
         if new.size < min_changes or not other_moves:
             continue
+        intervals = np.diff(new)
+        if 2 * np.count_nonzero(intervals == 1) > intervals.size:  # the median is 1
+            continue
         # A coarse value is often stored again unchanged: the interval is then a part of the median one.
-        for every in range(int(np.median(np.diff(new))), 1, -1):
+        for every in range(int(np.median(intervals)), 1, -1):
             counts = np.bincount(new % every)
             if counts.max() >= min_even_share * new.size:
                 return SlowerSignal(name, every, int(counts.argmax()))

@@ -23,16 +23,8 @@ LABEL_CHARACTERS = 30
 def horizontal_bars(names: Sequence[str], x: NDArray[np.float64], text: Sequence[str], title: str) -> dict[str, Any]:
     """Return the plot of one bar for each name, the first at the top; positive and negative bars differ in pattern.
 
-    Parameters
-    ----------
-    names : sequence of str
-        Name of each bar.
-    x : ndarray, shape (n_bars,)
-        Length of each bar, in the unit of `title`.
-    text : sequence of str
-        Number at the end of each bar.
-    title : str
-        Title of the axis.
+    `names`: name of each bar. `x`, of shape (n_bars,): length of each bar, in the unit of `title`. `text`: number at
+    the end of each bar. `title`: title of the axis.
     """
     low, high = min(float(np.nanmin(x)), 0.0), max(float(np.nanmax(x)), 0.0)
     room = 0.3 * max(high - low, 1e-9)  # for the numbers at the ends, also on a narrow screen

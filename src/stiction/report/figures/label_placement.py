@@ -27,17 +27,9 @@ Box = tuple[float, float, float, float]
 def place_labels(names: Sequence[str], at: Sequence[tuple[float, float]]) -> list[tuple[str, str]]:
     """Place each name next to its point, where it covers no point and no other name, or as little as possible.
 
-    Parameters
-    ----------
-    names : sequence of str
-        Names; marks such as <b> take no room.
-    at : sequence of tuple
-        Points from the lower left corner of `PLOT_SIZE_PX` [px].
-
-    Returns
-    -------
-    list of tuple
-        Text and position of each point, as plotly names positions; a point that shares the text of another has no text.
+    `names`: Names; marks such as <b> take no room. `at`: points from the lower left corner of `PLOT_SIZE_PX` [px].
+    Gives text and position of each point, as plotly names positions; a point that shares the text of another has no
+    text.
 
     Examples
     --------

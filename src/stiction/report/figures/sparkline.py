@@ -21,12 +21,7 @@ WIDTH, HEIGHT, POINTS = 120.0, 26.0, 120
 def sparkline(y: NDArray[np.float64], label: str) -> TrustedHtml:
     """Return `y` as a small inline drawing; gaps stay gaps.
 
-    Parameters
-    ----------
-    y : ndarray, shape (n_samples,)
-        Signal.
-    label : str
-        Text for screen readers; it is not escaped.
+    `label`: text for screen readers; it is not escaped.
     """
     drawn = downsample(y, POINTS)
     values = y[drawn]

@@ -88,31 +88,12 @@ class SimulatedPlant:
 def simulate_plant(seed: int = 0, *, hours: float = 6.0, dt: float = 5.0, units: int = 4) -> SimulatedPlant:
     """Simulate a plant in which two oscillations spread from loop to loop.
 
-    Parameters
-    ----------
-    seed : int
-        Seed of the plant: loops, sources, paths, loads and noise.
-    hours : float
-        Length of the records [h].
-    dt : float
-        Sampling period [s]; at most 10.
-    units : int
-        Units of 14 loops each; at least 4 [-].
+    `seed`: seed of the plant: loops, sources, paths, loads and noise. `hours`: length of the records [h]. `dt`:
+    sampling period [s]; at most 10. `units`: units of 14 loops each; at least 4 [-]. Gives records and faults. A sticky
+    valve and a loop with too high a gain are the sources of the two groups. Also, a level loop has too short an
+    integral time, a sticky valve disturbs no other loop, a transmitter is frozen, a loop is in manual, and one rests at
+    its output limit. Raises ParameterError when a number is outside its limits.
 
-    Returns
-    -------
-    SimulatedPlant
-        Records and faults. A sticky valve and a loop with too high a gain are the sources of the two groups. Also,
-        a level loop has too short an integral time, a sticky valve disturbs no other loop, a transmitter is frozen,
-        a loop is in manual, and one rests at its output limit.
-
-    Raises
-    ------
-    ParameterError
-        When a number is outside its limits.
-
-    Notes
-    -----
     The PV of a source, delayed and through a first-order lag, is a load of the loops that it reaches; from some of
     these the oscillation goes on to another unit. Two loops of each group are reached only weakly. A loop belongs to a
     group where the oscillation's standard deviation exceeds the noise's, by comparison with a run of the same plant,
