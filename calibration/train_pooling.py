@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import polars as pl
 
+from stiction.diagnosis.evidence.pool_diagnoses import DEADBAND_FEATURES
 from stiction.diagnosis.evidence.pooling import (
     POOLED_FEATURES,
     WindowTable,
@@ -37,8 +38,14 @@ PENALTY = 2.0
 """Weight of the squared coefficients [-]."""
 FOLDS = 8
 """Folds of the cross-validation [-]."""
-SIGNS = {"for": 1.0, "against_shown": 1.0, "against_unshown": 1.0, "valve_cause": 1.0, "spread": -1.0}
+SIGNS = {"for": 1.0, "against_shown": 1.0, "against_unshown": 1.0, "valve_cause": 1.0, "spread": -1.0,
+         "over_deadband": 1.0, "size": 1.0}  # fmt: skip
 """Features whose coefficient may have one sign only."""
+
+
+def is_known(value: float | None) -> bool:
+    """Whether a number of a table is there."""
+    return value is not None and bool(np.isfinite(value))
 
 
 class History(NamedTuple):
@@ -68,6 +75,7 @@ def history_windows(rows: pl.DataFrame) -> list[Window]:
             Window(
                 None, float(row["window"]), row["window"] + 1.0, row["state"], row["probability"], **sizes,
                 S_detectable=row["S_detectable"], valve_cause=row["cause_valve"],
+                over_deadband=float(sum(row[f"x_{name}"] for name in DEADBAND_FEATURES if is_known(row[f"x_{name}"]))),
                 evidence=evidence_of(min(max(row["probability"], 1e-6), 1.0 - 1e-6), DEFAULT_PRIOR) if known else 0.0,
             )
         )  # fmt: skip

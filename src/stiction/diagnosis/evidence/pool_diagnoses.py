@@ -22,9 +22,12 @@ if TYPE_CHECKING:
 
     from stiction.diagnosis.evidence.pooling import Pooled
     from stiction.diagnosis.verdict.diagnosis import Diagnosis
+    from stiction.diagnosis.verdict.history import Change
 
-__all__ = ["PooledWindows", "describe_window"]
+__all__ = ["PooledWindows", "describe_window", "judge_windows"]
 
+DEADBAND_FEATURES = ("over_deadband", "over_deadband_integrating")
+"""Features of a slip jump against deadband alone; a process has one of them."""
 WINDOWS_FEATURE = "agreement_of_windows"
 """Name of what the number and the agreement of the windows add to the log odds."""
 
@@ -52,9 +55,11 @@ def describe_window(found: Diagnosis, start_s: float) -> Window:
     if not found.loop_state.in_control or one is None:
         return about
     total = sum(part.log_odds for part in found.contributions)
+    jumps = [found.features[name] for name in DEADBAND_FEATURES if np.isfinite(found.features[name])]
     return replace(
         about, S=one.S, S_low=one.S_low, S_high=one.S_high, J=one.J, J_low=one.J_low, J_high=one.J_high,
-        contributions=found.contributions, evidence=model.intercept + total - log_odds(model.training_prior),
+        over_deadband=float(sum(jumps)), contributions=found.contributions,
+        evidence=model.intercept + total - log_odds(model.training_prior),
     )  # fmt: skip
 
 
@@ -94,11 +99,9 @@ class PooledWindows:
             found, table = self._last[1], tabulate(self.windows)
             needed = windows_needed(table, found.prior, found.costs, found.S_detectable)
             return replace(found, windows=tuple(self.windows), windows_needed=needed)
-        history = find_changes(self.windows)
-        first = max((one.first for one in history), default=0)
+        pooled, history, first = judge_windows(self.windows)
         table = tabulate(self.windows[first:])
         chosen = (self._best if self._best[0] >= first else self._last)[1]
-        pooled = pool_windows(table)
         probability = pooled.probability(chosen.prior)
         excluded = pooled.S_detectable is not None and pooled.S_detectable <= chosen.smallest_S
         verdict = decide(probability, chosen.costs, excluded=excluded)
@@ -113,6 +116,24 @@ class PooledWindows:
             contributions=_pool_contributions(self.windows[first:], chosen, pooled), windows=tuple(self.windows),
             history=history, windows_needed=windows_needed(table, chosen.prior, chosen.costs, pooled.S_detectable),
         )  # fmt: skip
+
+
+def judge_windows(windows: Sequence[Window]) -> tuple[Pooled, tuple[Change, ...], int]:
+    """Pool the windows since the last change of the fault.
+
+    Parameters
+    ----------
+    windows : sequence of Window
+        Windows of one valve in the order of time, one in control at least.
+
+    Returns
+    -------
+    tuple
+        What they say together, all changes, and the number of the first window that was pooled.
+    """
+    history = find_changes(windows)
+    first = max((one.first for one in history if one.kind != "growth"), default=0)
+    return pool_windows(tabulate(windows[first:])), history, first
 
 
 def _mean_causes(causes: Sequence[OscillationCause]) -> OscillationCause:

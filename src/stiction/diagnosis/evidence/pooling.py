@@ -29,12 +29,26 @@ if TYPE_CHECKING:
 
 __all__ = ["POOLED_FEATURES", "Pooled", "WindowTable", "pool_windows", "pooled_features", "pooled_log_odds", "tabulate"]
 
-POOLED_FEATURES = ("constant", "for", "against_shown", "against_unshown", "valve_cause", "unshown", "spread")
+POOLED_FEATURES = (
+    "constant",
+    "for",
+    "against_shown",
+    "against_unshown",
+    "valve_cause",
+    "unshown",
+    "spread",
+    "over_deadband",
+    "size",
+)
 """Names of the pooled features, in the order of the model's coefficients."""
 MAX_EVIDENCE = 6.0
 """Largest evidence of one window that is believed [-]."""
 MAX_SPREAD = 1.5
 """Largest standard deviation of ln S between windows that counts [-]."""
+DEADBAND_RANGE = (-1.0, 3.0)
+"""Least and largest evidence of a slip jump that is believed of one window [-]."""
+SIZE_RANGE = (0.3, 3.0)
+"""Sizes S between which a larger one makes stiction more likely [% of span]: below, no stiction matters."""
 LEAST_ERROR = 0.05
 """Least standard error of ln S of a window [-]."""
 LEAST_RELEVANCE = 0.02
@@ -58,6 +72,8 @@ class WindowTable(NamedTuple):
     """The same of J."""
     S_detectable: NDArray[np.float64]
     """Smallest S that would have shown [% of span]; infinite where none would."""
+    over_deadband: NDArray[np.float64]
+    """Evidence of a slip jump against deadband alone, asinh(LLR / 20) [-]."""
 
     def part(self, first: int, last: int | None = None) -> WindowTable:
         """The windows `first` <= k < `last`."""
@@ -92,20 +108,26 @@ def tabulate(windows: Sequence[Window]) -> WindowTable:
         np.array([one.S_detectable is not None for one in known], dtype=bool),
         both[:, 0], both[:, 1],
         np.array([np.inf if one.S_detectable is None else one.S_detectable for one in known], dtype=np.float64),
+        np.array([one.over_deadband for one in known], dtype=np.float64),
     )  # fmt: skip
 
 
 def pooled_features(table: WindowTable) -> NDArray[np.float64]:
     """Means over windows that the model takes, shape (n_features,) [-]; see `POOLED_FEATURES`.
 
-    Evidence against a sticky valve counts by itself where a sticky valve would have shown, and where it would not.
+    Evidence against a sticky valve counts by itself where a sticky valve would have shown, and where it would not. The
+    spread of ln S between windows is small of a valve that sticks. Size and spread weigh windows by their evidence.
     """
     e = np.clip(table.evidence, -MAX_EVIDENCE, MAX_EVIDENCE)
     against = np.minimum(e, 0.0)
+    values, _, relevance = _errors(table)
+    size = float(relevance @ values) / relevance.sum()
+    spread = min(float(np.sqrt(relevance @ (values - size) ** 2 / relevance.sum())), MAX_SPREAD)
     return np.array(
         [
             1.0, np.maximum(e, 0.0).mean(), (against * table.shown).mean(), (against * ~table.shown).mean(),
-            table.valve_cause.mean(), 1.0 - table.shown.mean(), min(_spread(table), MAX_SPREAD),
+            table.valve_cause.mean(), 1.0 - table.shown.mean(), spread,
+            np.clip(table.over_deadband, *DEADBAND_RANGE).mean(), np.clip(size, *np.log(SIZE_RANGE)),
         ]
     )  # fmt: skip
 
@@ -155,13 +177,6 @@ def _errors(table: WindowTable) -> tuple[NDArray[np.float64], NDArray[np.float64
     error = np.maximum(np.log(high / low) / NORMAL_RANGE, LEAST_ERROR)
     relevance = np.maximum(1.0 / (1.0 + np.exp(-np.clip(table.evidence, -30.0, 30.0))), LEAST_RELEVANCE)
     return np.log(S), error, relevance
-
-
-def _spread(table: WindowTable) -> float:
-    """Standard deviation of ln S between windows [-], those that speak for a sticky valve weighing more."""
-    values, _, relevance = _errors(table)
-    mean = float(relevance @ values) / relevance.sum()
-    return float(np.sqrt(relevance @ (values - mean) ** 2 / relevance.sum()))
 
 
 def _pool_S(table: WindowTable) -> PooledSize:

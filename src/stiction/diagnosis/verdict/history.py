@@ -50,6 +50,8 @@ class Window(Result):
     """Smallest S that this window would have shown [% of span]; None where none would show."""
     valve_cause: float = field(default=0.0, metadata=FOUR_DECIMALS)
     """Probability that the valve makes the loop oscillate, by this window alone [-]."""
+    over_deadband: float = field(default=0.0, metadata=json_as(omit=True))
+    """Evidence of a slip jump against deadband alone, asinh(LLR / 20) [-]; 0 where it is not known."""
     contributions: tuple[Contribution, ...] = ()
     """What each feature adds to the log odds of stiction, the strongest first; not kept in a ledger."""
     evidence: float = field(default=0.0, metadata=json_as(omit=True))
