@@ -201,7 +201,6 @@ def _write(found: "Audit", changes: list[dict[str, Any]] | None, pages: int, tag
 def print_audit(found: "Audit", changes: list[dict[str, Any]] | None = None) -> None:
     """Print counts, the ten worst loops, the groups, and what changed."""
     from stiction.apps.output import print_out, print_table
-    from stiction.report import labels
 
     counts = found.counts
     print_out("")
@@ -211,18 +210,13 @@ def print_audit(found: "Audit", changes: list[dict[str, Any]] | None = None) -> 
         f"{counts['error'] + counts['timeout'] + counts['crashed']} failed."
     )
     rows = [
-        [
-            row.tag,
-            row.text("group"),
-            labels.VERDICTS[row.verdict] if row.status == "diagnosed" else row.status,
-            row.text("loop_state"),
-            f"follows {row.follows}" if row.follows else labels.CAUSES.get(row.oscillation_cause, ""),
-            *(row.text(name) for name in ("probability", "S", "period_s", "priority")),
-        ]
+        [row.tag, row.finding_text or row.text("status"), row.next_step, *map(row.text, ("S", "period_s", "priority"))]
         for row in found.worst(10)
     ]
-    columns = ["Loop", "Group", "Verdict", "State", "Cause", "Probability", "S [%]", "Period", "Priority"]
-    print_table(columns, rows)
+    print_table(["Loop", "Finding", "Next step", "S [%]", "Period", "Priority"], rows)
+    print_out("\nPriority: severity times the probability of a fault, with the severity of the loops that follow.")
+    for row in found.worst(3):
+        print_out(f"{row.tag}: {row.priority_reason}")
     _print_not_judged(found)
     for group in found.groups:
         print_out(f"\nGroup {group['number']}: {group['summary']}")
@@ -231,9 +225,9 @@ def print_audit(found: "Audit", changes: list[dict[str, Any]] | None = None) -> 
         if not changes:
             print_out("No loop has a finding in one of the two audits.")
             return
-        names = ("change", "tag", "verdict", "verdict_before", "why")
+        names = ("change", "tag", "finding_text", "finding_text_before", "why")
         rows = [[row[name] or "" for name in names] for row in changes]
-        print_table(["Change", "Loop", "Verdict", "Before", "Why"], rows)
+        print_table(["Change", "Loop", "Finding", "Before", "Why"], rows)
 
 
 def _print_not_judged(found: "Audit", *, max_tags: int = 10) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from stiction.fleet import Audit, LoopRow
+    from stiction.fleet import Audit
     from stiction.simulation.plant import PlantLoop, SimulatedPlant
 
 __all__ = ["demo_plant_audit", "plant_truth", "write_plant_files"]
@@ -55,8 +55,9 @@ def demo_plant_audit(folder: Path, *, as_json: bool, seed: int = 0) -> tuple[int
         )
         for group in groups:
             print_out(f"{'ok' if group['right'] else 'WRONG'}  {group['text']}")
-        print_out(f"\n{right} of {len(rows)} loops: verdict, loop state and cause are right.")
+        print_out(f"\n{right} of {len(rows)} loops: the finding is right.")
         print_out(f"Page:   {page}")
+        print_out(f"Open:   stiction serve {folder / 'audit'}")
         print_out(f"Try:    stiction audit {files[0]} --map {files[1]} --connections {files[2]} --out my-audit")
     return int(right < len(rows) or not all(group["right"] for group in groups)), page
 
@@ -96,23 +97,26 @@ def write_plant_files(plant: SimulatedPlant, folder: Path) -> tuple[Path, Path, 
     return data, map_file, links
 
 
-def plant_truth(plant: SimulatedPlant, plant_audit: Audit) -> list[dict[str, Any]]:
-    """Truth and finding of each loop.
+OPEN = ("cause_unknown", "cannot_tell")
+RIGHT = {
+    "stiction": ("sticks", "probably_sticks"),
+    "tight tuning": ("tuning", *OPEN),
+    "external disturbance": ("follows", "external", *OPEN),
+    "none": ("nothing_found", "follows", *OPEN),
+}
+"""Fault of a loop in control -> findings that are right; those that leave the cause open name a test."""
 
-    A loop is right when a sticky valve is called "stiction" and no other is, the loop state is the true one, a badly
-    tuned loop has the cause tuning, and a loop that another one moves has the cause external or is in the group of that
-    source.
-    """
-    rows, sources = [], {group["number"]: group["leading_roots"] for group in plant_audit.groups}
+
+def plant_truth(plant: SimulatedPlant, plant_audit: Audit) -> list[dict[str, Any]]:
+    """Truth and finding of each loop, and whether the finding is right."""
+    from stiction.diagnosis.verdict.finding import STATE_FINDINGS
+
+    rows = []
     for loop in plant.loops:
         row = plant_audit.row(loop.record.tag)
-        sticky, is_called = loop.cause == "stiction", row.verdict == "stiction"
-        right = sticky == is_called and (row.loop_state == loop.state or (loop.state == "in_control" and not sticky))
-        if loop.cause == "tight tuning":
-            right &= row.oscillation_cause == "tuning"
-        if loop.cause == "external disturbance":
-            right &= row.oscillation_cause == "external" or loop.root in sources.get(row.group, ())
-        rows.append({"tag": row.tag, "truth": _truth_text(loop), "found": _found_text(row), "right": right})
+        expected = RIGHT[loop.cause] if loop.state == "in_control" else (STATE_FINDINGS[loop.state],)
+        right = row.finding in expected and (row.verdict == "stiction") == (loop.cause == "stiction")
+        rows.append({"tag": row.tag, "truth": _truth_text(loop), "found": row.finding_text, "right": right})
     return rows
 
 
@@ -124,14 +128,6 @@ def _truth_text(loop: PlantLoop) -> str:
     if loop.cause == "external disturbance":
         return f"oscillates because of {loop.root}"
     return "nothing wrong" if loop.cause == "none" else loop.cause
-
-
-def _found_text(row: LoopRow) -> str:
-    if row.loop_state != "in_control":
-        return row.text("loop_state") or row.text("status")
-    size = f", S = {row.text('S')} %" if row.verdict == "stiction" else ""
-    group = f", group {row.group}" if row.group else ""
-    return f"{row.text('verdict')}{size}, cause {row.text('oscillation_cause')}{group}"
 
 
 def _group_truth(plant: SimulatedPlant, plant_audit: Audit) -> list[dict[str, Any]]:

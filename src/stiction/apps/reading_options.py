@@ -18,7 +18,8 @@ __all__ = ["SOURCES", "ReadSources", "ReadingOptions", "columns_of", "read_sourc
 
 SOURCES = (
     "What to read: files (CSV and other text, Excel, Parquet, Feather, MATLAB; also gz, zst, zip) of one loop or many, "
-    'a folder, a pattern such as "data/*.csv", a database URL, or "-", the standard input.'
+    'a folder, a pattern such as "data/*.csv", the URL of a database, OPC UA server (opc.tcp://HOST:4840) or PI Web '
+    'API (pi+https://HOST/piwebapi), or "-", the standard input.'
 )
 _LIBRARY_NAMES = {
     "time_column": "time",
@@ -88,10 +89,12 @@ class ReadingOptions:
         Database with one row for each tag and time: column with the value.
     quality_column
         Database with one row for each tag and time: column with the quality.
+    tags
+        Historian: only tags that match this pattern, such as "FIC*". May be repeated.
     since
-        Database: first time to read, such as 2026-03-02T06:00.
+        Database or historian: first time to read, such as 2026-03-02T06:00; of a historian the last day by default.
     until
-        Database: end of the time to read; the end itself is not included.
+        Database or historian: end of the time to read; the end itself is not included.
     """
 
     tag: str | None = None
@@ -119,6 +122,7 @@ class ReadingOptions:
     tag_column: str | None = None
     value_column: str | None = None
     quality_column: str | None = None
+    tags: Annotated[tuple[str, ...] | None, Parameter(name="--tags", negative="")] = None
     since: str | None = None
     until: str | None = None
 
@@ -163,9 +167,10 @@ def read_sources(sources: Sequence[str], options: dict[str, Any]) -> ReadSources
     """Read databases and the standard input each, and all files together as one source."""
     from stiction.apps.output import track
     from stiction.sources.database_url import is_database_url
+    from stiction.sources.historians.address import is_historian_url
 
     result = ReadSources()
-    alone = [source for source in sources if is_database_url(source) or source == "-"]
+    alone = [one for one in sources if is_database_url(one) or is_historian_url(one) or one == "-"]
     files = list(dict.fromkeys(source for source in sources if source not in alone))
     together: list[str | list[str]] = [*alone]
     if files:

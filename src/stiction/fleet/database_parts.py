@@ -10,7 +10,7 @@ from stiction.errors import RecordError
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
 
-__all__ = ["find_loops_of_table", "find_table_state"]
+__all__ = ["LOOPS_PER_PART", "find_loops_of_table", "find_table_state"]
 
 LOOPS_PER_PART = 16
 """Loops that are read with one query [-]."""

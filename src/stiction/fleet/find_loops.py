@@ -11,14 +11,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stiction.errors import ParameterError, RecordError, Setting
-from stiction.fleet.database_parts import find_loops_of_table
+from stiction.fleet.database_parts import LOOPS_PER_PART, find_loops_of_table
 from stiction.fleet.source_parts import LoopPlace, SourcePart
 from stiction.sources import open_loops
 from stiction.sources.database_url import is_database_url, show_url
+from stiction.sources.historians.address import is_historian_url
 from stiction.sources.open_files import list_files
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
+    from datetime import datetime
 
     from stiction.sources.loops import Loops
 
@@ -60,15 +62,25 @@ def find_loop_places(
     return choose_loops(list_loop_places(sources, options), pattern)
 
 
-def list_loop_places(sources: Sequence[str], options: Mapping[str, Any]) -> list[LoopPlace]:
-    """List all loops of the sources, as `find_loop_places` does; a tag may occur twice."""
+def list_loop_places(
+    sources: Sequence[str],
+    options: Mapping[str, Any],
+    span: tuple[datetime | None, datetime | None] = (None, None),
+) -> list[LoopPlace]:
+    """List all loops of the sources, as `find_loop_places` does; a tag may occur twice.
+
+    `span` is what is read of historians.
+    """
     if "-" in sources:
         raise RecordError(
             "an audit cannot read the standard input, because several processes read the source; give a file."
         )
     databases = [source for source in sources if is_database_url(source)]
-    names = [name for one in sources if one not in databases for name in list_files(one, subfolders=True)]
+    historians = [source for source in sources if is_historian_url(source)]
+    files = [one for one in sources if one not in (*databases, *historians)]
+    names = [name for one in files for name in list_files(one, subfolders=True)]
     places = [place for url in databases for place in _places_in_database(url, options)]
+    places += [place for url in historians for place in _places_in_historian(url, options, span)]
     if names:
         places += _places_in_files(list(dict.fromkeys(names)), options)
     secondaries = {place.master.casefold(): place.tag for place in places if place.master}
@@ -109,6 +121,25 @@ def _places_in_database(url: str, options: Mapping[str, Any]) -> list[LoopPlace]
     part = SourcePart((url,), json.dumps(dict(options)))
     loops = part.open()
     return [_place(loops, k, part, k, "") for k in range(len(loops))]
+
+
+def _places_in_historian(
+    url: str, options: Mapping[str, Any], span: tuple[datetime | None, datetime | None]
+) -> list[LoopPlace]:
+    """Loops of a historian, in parts whose tags are named with their addresses, so that no process searches again."""
+    from stiction.sources.historians.historian_loops import historian_span
+
+    first, last = historian_span(*span)
+    times = {"since": first.isoformat(), "until": last.isoformat()}
+    loops = SourcePart((url,), json.dumps({**options, **times})).open()
+    places = []
+    for start in range(0, len(loops), LOOPS_PER_PART):
+        numbers = range(start, min(start + LOOPS_PER_PART, len(loops)))
+        columns = [column for k in numbers for column in loops.roles[k].roles.values()]
+        tags = [f"{column.name}={column.address}" for column in columns]
+        part = SourcePart((url,), json.dumps({**options, **times, "tags": tags}))
+        places += [_place(loops, k, part, -1, "") for k in numbers]
+    return places
 
 
 def _places_in_files(names: list[str], options: Mapping[str, Any]) -> list[LoopPlace]:

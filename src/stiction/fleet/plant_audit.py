@@ -102,7 +102,7 @@ def audit(
 
     def find(since: datetime | None, until: datetime | None) -> tuple[list[LoopPlace], dict[str, list[str]]]:
         report(Progress("find", 0, 0))
-        listed = list_loop_places(sources, chosen.reading_between(since, until))
+        listed = list_loop_places(sources, chosen.reading_between(since, until), (since, until))
         missing = find_missing_tags([one.tag for one in listed], chosen.reading.get("map"), chosen.links)
         places = choose_loops(listed, chosen.loops)
         report(Progress("find", len(places), len(places), details={"tags": [one.tag for one in places]}))

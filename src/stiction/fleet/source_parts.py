@@ -38,8 +38,10 @@ class SourcePart:
     def display_name(self) -> str:
         """Name for messages and tables, without a password."""
         from stiction.sources.database_url import is_database_url, show_url
+        from stiction.sources.historians.address import is_historian_url
 
-        first = show_url(self.names[0]) if is_database_url(self.names[0]) else Path(self.names[0]).name
+        is_url = is_database_url(self.names[0]) or is_historian_url(self.names[0])
+        first = show_url(self.names[0]) if is_url else Path(self.names[0]).name
         return first if len(self.names) == 1 else f"{first} and {len(self.names) - 1} more"
 
     def open(self) -> Loops:
@@ -59,11 +61,14 @@ class SourcePart:
         """Digest of names, sizes and times of the files: a change means that the loops are audited again.
 
         Of a database it is the newest time in the table, unless the audited time ends; `states` keeps it for the other
-        parts of the same table.
+        parts of the same table. Of a historian it is the time that is read.
         """
         from stiction.sources.database_url import is_database_url, show_url
+        from stiction.sources.historians.address import is_historian_url
 
         state = repr(self._file_states())
+        if is_historian_url(self.names[0]):
+            return hashlib.sha256(repr((self.names, self.options)).encode()).hexdigest()[:16]
         if is_database_url(self.names[0]):
             options = {name: value for name, value in json.loads(self.options).items() if name != "tags"}
             key = repr((self.names[0], options))

@@ -20,7 +20,7 @@ __all__ = ["connect", "hide_password", "is_database_url", "make_engine", "refuse
 CONNECT_TIMEOUT_S = 10
 
 _SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9_]+(\+[A-Za-z0-9_]+)?://")
-_NOT_DATABASES = ("file", "http", "https", "ftp", "sftp", "s3", "gs", "az", "abfs", "opc")
+_NOT_DATABASES = ("file", "http", "https", "ftp", "sftp", "s3", "gs", "az", "abfs", "opc", "opc.tcp", "pi")
 _PASSWORD = re.compile(r"^[^:/]+://[^:@/?]*:(?P<secret>.*)@", re.DOTALL)
 """All between the user name and the last @: a password may itself hold @, / or :, though it should be encoded."""
 _SECRET_OPTION = re.compile(

@@ -12,6 +12,7 @@ from stiction.errors import MissingExtraError, ParameterError, RecordError, Stic
 from stiction.foreign_errors import data_error, failure_of
 from stiction.sources.byte_source import open_sources
 from stiction.sources.database_url import is_database_url
+from stiction.sources.historians.address import is_historian_url
 from stiction.sources.join_files import complete_loops, join_same_tags
 from stiction.sources.loops import Loops, SourceFailure, time_positions
 from stiction.sources.open_files import list_paths, source_name
@@ -72,10 +73,15 @@ def find_loops(source: Any, options: ReadOptions, **database: Any) -> Loops:
         columns = {k: v for k, v in options.columns.items() if isinstance(v, str)}
         chosen = {"columns": list(columns.values())} if columns and "table" in database else {}
         tables = read_database(source, max_bytes=options.max_bytes, **{**chosen, **database})
+    elif is_historian_url(source):
+        from stiction.sources.historians.historian_loops import find_loops_of_historian
+
+        return find_loops_of_historian(source, options, rows, **database)
     elif database:
         names = ", ".join(sorted(database))
         raise ParameterError(
-            f"{names} can be used only with a database, and {source!r} is not a database URL such as sqlite:///plant.db."
+            f"{names} can be used only with a database or a historian, and {source!r} is not a URL such as "
+            "sqlite:///plant.db or opc.tcp://plant:4840."
         )
     elif isinstance(source, (str, os.PathLike, list, tuple)) or hasattr(source, "read"):
         return _find_in_files(list_paths(source), options, rows)

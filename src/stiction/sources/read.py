@@ -72,8 +72,8 @@ def read(
     source : str, path, binary file, data frame or list of files
         A file (CSV and other text, Excel, Parquet, Feather or Arrow, MATLAB; also compressed as gz, zst or zip), a
         folder, a pattern such as ``"data/*.csv"`` or a list of files (which may each hold one tag), "-" for the
-        standard input, a frame of pandas, polars or pyarrow, or the URL of a database
-        (``postgresql+psycopg://...``).
+        standard input, a frame of pandas, polars or pyarrow, or the URL of a database (``postgresql+psycopg://...``),
+        an OPC UA server (``opc.tcp://host:4840``) or a PI Web API (``pi+https://host/piwebapi``).
     dt : float, optional
         Sampling period [s]; the median step of the time stamps when not given. Stamps that do not fit it are not used:
         the rows are then `dt` apart.
@@ -117,9 +117,10 @@ def read(
     time, tag_column, value, quality : str, optional
         Columns of a long database table; of a wide one, `time`.
     tags : sequence of str, optional
-        Of a database: the only loops to read.
+        Of a database or historian: the only loops to read, of a historian also as patterns such as ``"FIC*"``.
     since, until : datetime or str or float, optional
-        Of a database: first time, and the time before which the rows end [unit of the time column; a text as ISO 8601].
+        Of a database or historian: first time, and the time before which the rows end [unit of the time column; a text
+        as ISO 8601].
 
     Returns
     -------

@@ -140,6 +140,8 @@ class TagColumn:
     """Heading -> gives the quality or bad flag that stands with each value, where each row has one (long tables)."""
     own_clock: bool = False
     """Whether this tag was stored at times of its own, so that it must be aligned with the loop's other tags."""
+    address: str = ""
+    """How a historian finds the tag; empty elsewhere."""
     parts: tuple[TagColumn, ...] = ()
     """The columns of several files of which it is made, in the order of time; empty where it is one."""
 

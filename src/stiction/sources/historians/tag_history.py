@@ -1,0 +1,92 @@
+"""A tag of a historian, and its values over some time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from datetime import datetime
+
+    import polars as pl
+    from numpy.typing import NDArray
+
+    from stiction.errors import StictionError
+
+__all__ = ["Historian", "HistorianTag", "TagHistory", "make_history", "needs_value_before", "with_value_before"]
+
+
+@dataclass(frozen=True)
+class HistorianTag:
+    """One recorded signal."""
+
+    name: str
+    """Name, such as ``FIC-101.PV``."""
+    address: str
+    """How the historian finds it: a node id, or a WebId."""
+    unit: str = ""
+    """Engineering unit; empty when the historian names none."""
+    description: str = ""
+    """Description."""
+    span: tuple[float, float] | None = None
+    """Range of the instrument [unit]."""
+
+
+@dataclass(frozen=True, eq=False)
+class TagHistory:
+    """Values of a tag in the order of time."""
+
+    seconds: NDArray[np.float64]
+    """Seconds since 1970 UTC, shape (n,)."""
+    values: pl.Series
+    """Numbers, null where there is none; text where the tag holds text, shape (n,)."""
+    quality: pl.Series
+    """Quality of each value in words: Good, Uncertain..., Bad..., Questionable, Substituted, shape (n,)."""
+
+
+class Historian(Protocol):
+    """What every client of a historian gives. It has no function that writes."""
+
+    def find_tags(self, wanted: Sequence[str], *, exact: bool) -> list[HistorianTag]:
+        """Find tags by patterns such as ``FIC*``, or `exact`ly by their names; empty `wanted` finds all."""
+        ...
+
+    def read(
+        self, tags: Sequence[HistorianTag], since: datetime, until: datetime
+    ) -> dict[str, TagHistory | StictionError]:
+        """Read the values from `since` on and before `until`: name -> history, or why the tag cannot be read."""
+        ...
+
+
+def needs_value_before(history: TagHistory, since: float, *, steps: float = 5.0) -> bool:
+    """Whether the value that stood at `since` [s] is needed: the first one comes later than some usual steps [-]."""
+    t = history.seconds
+    return t.size < 2 or t[0] - since > steps * float(np.median(np.diff(t)))
+
+
+def with_value_before(history: TagHistory, since: float, value: object, quality: str) -> TagHistory:
+    """Put the value that stood before at `since` [s] in front."""
+    cells, words = history.values.to_list(), history.quality.to_list()
+    return make_history([since, *history.seconds], [value, *cells], [quality, *words])
+
+
+def make_history(seconds: Sequence[float], values: Sequence[object], quality: Sequence[str]) -> TagHistory:
+    """Make a history of values as they came: sorted by time, booleans as 0 and 1, of several types all text."""
+    import polars as pl
+
+    stamps = np.asarray(seconds, dtype=np.float64)
+    plain = [float(one) if isinstance(one, bool) else one for one in values]
+    is_text = any(isinstance(one, str) for one in plain)
+    if is_text:
+        cells = pl.Series([None if one is None else str(one) for one in plain], dtype=pl.String)
+    else:
+        numbers = [float(one) if isinstance(one, (int, float)) else None for one in plain]
+        cells = pl.Series(numbers, dtype=pl.Float64).fill_nan(None)
+    words = pl.Series(list(quality), dtype=pl.String)
+    if stamps.size and (np.diff(stamps) < 0.0).any():
+        order = np.argsort(stamps, kind="stable")
+        return TagHistory(stamps[order], cells.gather(order), words.gather(order))
+    return TagHistory(stamps, cells, words)
