@@ -18,7 +18,6 @@ from stiction.diagnosis.evidence.pool_diagnoses import DEADBAND_FEATURES
 from stiction.diagnosis.evidence.pooling import (
     POOLED_FEATURES,
     WindowTable,
-    effective_windows,
     pooled_features,
     tabulate,
 )
@@ -132,11 +131,16 @@ def constant_stretches(one: History) -> list[tuple[int, int]]:
     return list(pairwise(ends))
 
 
+def independent_windows(n: NDArray[np.int64], correlation: float) -> NDArray[np.float64]:
+    """What `effective_windows` gives, for many numbers of windows [-]."""
+    return n / (1.0 + (n - 1) * correlation)
+
+
 def fit(examples: Examples, correlation: float) -> NDArray[np.float64]:
     """Coefficients by logistic regression with an offset, small ones preferred."""
     from scipy.optimize import minimize
 
-    further = effective_windows(examples.n, correlation) - 1.0
+    further = independent_windows(examples.n, correlation) - 1.0
     X = further[:, np.newaxis] * examples.features
     sign = np.where(examples.sticky, 1.0, -1.0)
 
@@ -152,13 +156,13 @@ def fit(examples: Examples, correlation: float) -> NDArray[np.float64]:
 
 def loss(examples: Examples, b: NDArray[np.float64], correlation: float) -> float:
     """Mean log loss [-]."""
-    z = examples.offset + (effective_windows(examples.n, correlation) - 1.0) * (examples.features @ b)
+    z = examples.offset + (independent_windows(examples.n, correlation) - 1.0) * (examples.features @ b)
     return float(np.average(np.logaddexp(0.0, np.where(examples.sticky, -z, z)), weights=examples.weight))
 
 
 def take(examples: Examples, chosen: NDArray[np.bool_]) -> Examples:
     """Some of the examples."""
-    return Examples(*(column[chosen] for column in examples))
+    return Examples(*(column[chosen] for column in examples))  # pyright: ignore[reportArgumentType]
 
 
 def choose_correlation(examples: Examples) -> tuple[float, float]:

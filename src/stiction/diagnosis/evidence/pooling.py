@@ -77,7 +77,7 @@ class WindowTable(NamedTuple):
 
     def part(self, first: int, last: int | None = None) -> WindowTable:
         """The windows `first` <= k < `last`."""
-        return WindowTable(*(values[first:last] for values in self))
+        return WindowTable(*(values[first:last] for values in self))  # pyright: ignore[reportArgumentType]
 
 
 class Pooled(NamedTuple):
