@@ -172,6 +172,22 @@ def test_table_has_groups_and_lists_what_was_not_judged(folder, run, audit_in_pr
     assert "Not judged: U0/FIC-004 (manual)" in done.out
 
 
+def test_work_list_has_the_notes_and_a_work_order(folder, run, audit_in_process):
+    write_plant(folder / "plant.parquet", 6)
+    assert run(*COMMAND).code == 1
+    sticky = next(row.tag for row in open_audit(folder / "audit").rows if row.verdict == "stiction")
+    done = run("worklist", "audit", "--mark", f"{sticky}=planned", "--note", "shutdown in May", "--json")
+    assert done.code == 1
+    [item] = [one for one in json.loads(done.out) if one["tag"] == sticky]
+    assert (item["kind"], item["state"]) == ("repair", "planned")
+    assert item["note"].endswith(": shutdown in May")
+    orders = [path.read_text() for path in (folder / "audit" / "worklist" / "orders").iterdir()]
+    assert any(f"Work order: control valve of {sticky}, repair" in order for order in orders)
+    assert "Repair at the next shutdown" in run("worklist", "audit", "--orders", "0").out
+    assert run("worklist", "audit", "--mark", sticky).code == 2
+    assert run("worklist", "audit", "--mark", "XIC-9=done").code == 2
+
+
 def test_demo_plant(run, folder, audit_in_process):
     done = run("demo", "--plant", "--json")
     found = json.loads(done.out)

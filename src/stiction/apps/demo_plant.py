@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:
-    from pathlib import Path
+from stiction.display.finding_words import OPEN
 
+if TYPE_CHECKING:
     from stiction.fleet import Audit
     from stiction.simulation.plant import PlantLoop, SimulatedPlant
 
@@ -23,12 +24,11 @@ def demo_plant_audit(folder: Path, *, as_json: bool, seed: int = 0) -> tuple[int
     tuple of (int, Path)
         The exit code, 0 when every finding is right, and the page of the audit.
     """
-    from stiction.apps.audit import print_audit
+    from stiction.apps.audit import print_audit, write_results
     from stiction.apps.audit_progress import AuditBar
     from stiction.apps.output import print_json, print_out, print_table
     from stiction.apps.output_files import check_folder
-    from stiction.fleet import audit, write_exports
-    from stiction.report import write_audit_page
+    from stiction.fleet import audit
     from stiction.simulation.plant import simulate_plant
 
     plant = simulate_plant(seed)
@@ -38,8 +38,7 @@ def demo_plant_audit(folder: Path, *, as_json: bool, seed: int = 0) -> tuple[int
         print_out(f"A simulated plant of {len(plant.loops)} loops, 6 hours at 5 s; its records are in {files[0]}.")
     with AuditBar(quiet=as_json) as bar:
         plant_audit = audit(files[0], folder / "audit", map=files[1], connections=files[2], progress=bar.update)
-    write_exports(plant_audit)
-    page = write_audit_page(plant_audit)
+    page = Path(write_results(plant_audit, None, 0, ()))
     rows = plant_truth(plant, plant_audit)
     groups = _group_truth(plant, plant_audit)
     right = sum(row["right"] for row in rows)
@@ -57,6 +56,7 @@ def demo_plant_audit(folder: Path, *, as_json: bool, seed: int = 0) -> tuple[int
             print_out(f"{'ok' if group['right'] else 'WRONG'}  {group['text']}")
         print_out(f"\n{right} of {len(rows)} loops: the finding is right.")
         print_out(f"Page:   {page}")
+        print_out(f"List:   {folder / 'audit' / 'worklist' / 'index.html'}")
         print_out(f"Open:   stiction serve {folder / 'audit'}")
         print_out(f"Try:    stiction audit {files[0]} --map {files[1]} --connections {files[2]} --out my-audit")
     return int(right < len(rows) or not all(group["right"] for group in groups)), page
@@ -97,7 +97,6 @@ def write_plant_files(plant: SimulatedPlant, folder: Path) -> tuple[Path, Path, 
     return data, map_file, links
 
 
-OPEN = ("cause_unknown", "cannot_tell")
 RIGHT = {
     "stiction": ("sticks", "probably_sticks"),
     "tight tuning": ("tuning", *OPEN),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-__all__ = ["FINDINGS", "FindingLevel", "finding_level"]
+__all__ = ["FINDINGS", "OPEN", "FindingLevel", "finding_level"]
 
 FINDINGS = {
     "sticks": "Valve stiction",
@@ -39,6 +39,7 @@ ALERTS = (
     "valve_not_responding",
 )
 OPEN = ("cause_unknown", "cannot_tell")
+"""Findings that leave a question open."""
 
 
 def finding_level(finding: str | None) -> FindingLevel:

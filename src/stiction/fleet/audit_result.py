@@ -167,8 +167,8 @@ class Audit:
     def history(self, tag: str) -> list[dict[str, Any]]:
         """Verdicts and sizes of one valve in all audited times of this folder, the earliest first.
 
-        Each has `window`, `start`, `end`, `verdict`, `probability`, `priority`, `S`, `S_low` and `S_high` [% of span]:
-        the trend of S.
+        Each has `window`, `start`, `end`, `finding_text`, `verdict`, `probability`, `priority`, and `S`, `S_low`,
+        `S_high` and `S_detectable` [% of span]: the trend of S.
         """
         self.row(tag)
         database = Ledger(self.ledger_url or sqlite_url(self.folder / "ledger.sqlite"))
@@ -176,7 +176,8 @@ class Audit:
             stored = database.read_history(self.signal_parts[tag][0])
         finally:
             database.close()
-        names = ("start", "end", "verdict", "probability", "priority", "S", "S_low", "S_high")
+        names = ("start", "end", "verdict", "probability", "priority", "S", "S_low", "S_high", "S_detectable",
+                 "finding_text")  # fmt: skip
         rows = [{"window": window, **{name: row[name] for name in names}} for window, row in stored]
         return sorted(rows, key=lambda row: (row["end"] or "", row["window"]))
 

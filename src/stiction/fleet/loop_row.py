@@ -26,6 +26,8 @@ __all__ = ["FAILED", "NAMES", "RESTING_STATES", "LoopRow"]
 
 FAILED = ("error", "timeout", "crashed")
 """Status of loops that could not be done."""
+SIZED = ("sticks", "probably_sticks", "backlash")
+"""Findings of which S is the size."""
 RESTING_STATES = ("manual", "saturated", "shut_in", "pv_frozen", "bad_data")
 """Loop states in which neither valve nor tuning can be judged."""
 
@@ -183,7 +185,8 @@ class LoopRow(Result, Mapping[str, Any]):
     def text(self, name: str) -> str:
         """Value of a field as every table shows it; empty where it is unknown or says nothing.
 
-        S and J have the digits that their intervals allow, and their unit where it is not % of span.
+        S and J have the digits that their intervals allow, and their unit where it is not % of span; they are empty
+        where neither stiction nor play is found.
 
         Examples
         --------
@@ -193,6 +196,8 @@ class LoopRow(Result, Mapping[str, Any]):
         """
         value = getattr(self, name)
         if value is None or (name == "probability" and not self.in_control):
+            return ""
+        if name in ("S", "J") and self.finding not in (*SIZED, None):
             return ""
         if name == "probability":
             return format_probability(value)
@@ -226,7 +231,7 @@ class LoopRow(Result, Mapping[str, Any]):
         return replace(
             self._read_from(diagnosis=diagnosis, oscillation=known, valve=sized),
             finding_text=said,
-            next_step=diagnosis.next_step or diagnosis.action,
+            next_step=diagnosis.next_step or diagnosis.action or "Nothing to do now.",
             status="skipped" if state.state in RESTING_STATES else "diagnosed",
             not_in_command_share=min(1.0, lost / max(diagnosis.record.duration, 1e-9)),
             data_warnings=tuple(check.name for check in (*quality.rejections, *quality.warnings)),

@@ -136,9 +136,9 @@ def _explain_priority(row: LoopRow) -> str:
         return "Not judged."
     costs = []
     if row.variability is not None:
-        costs.append(f"the control error varies by {format_number(row.variability, '% of span', 2)}")
+        costs.append(f"the control error has a standard deviation of {format_number(row.variability, '% of span', 2)}")
     if row.reversals_per_day:
-        costs.append(f"OP turns {format_number(row.reversals_per_day, '', 2)} times a day")
+        costs.append(f"OP reverses {format_number(row.reversals_per_day, '', 2)} times a day")
     if row.saturated_share:
         costs.append(f"OP is at a limit {100.0 * row.saturated_share:.0f} % of the time")
     text = " and ".join(costs) or f"severity {format_number(row.severity, '', 2)}"

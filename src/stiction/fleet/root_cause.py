@@ -274,7 +274,8 @@ def explain_connection(source: BlockMeans, loop: BlockMeans, connections: Iterab
         return ""
     if loop.tag == source.secondary_tag or source.tag == loop.secondary_tag:
         return "cascade with it"
-    following, paths = _following(connections), [(source.tag,)]
+    following = _following(connections)
+    paths: list[tuple[str, ...]] = [(source.tag,)]
     seen = {source.tag}
     for path in paths:
         for tag in sorted(following.get(path[-1], set()) - seen):

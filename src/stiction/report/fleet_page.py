@@ -70,6 +70,7 @@ def write_audit_page(
             data=Markup(_table_json(audit, labels)),
             receipt=_data_problems(audit),
             changes=changes,
+            worklist=(audit.folder / "worklist" / "index.html").is_file(),
             confirmed=confirmed_share(audit),
             style=Markup(_asset("page.css") + _asset("fleet.css")),
             script=Markup(script),
