@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from stiction.diagnosis.verdict.finding import is_backlash
 from stiction.diagnosis.verdict.model import log_odds, stiction_model
 from stiction.diagnosis.verdict.readings import compare_readings
 from stiction.errors import require_positive, require_probability
+from stiction.sources.one_loop import records_of_loop
 
 if TYPE_CHECKING:
     from stiction.diagnosis.segment import JudgedSegment
@@ -30,8 +31,9 @@ __all__ = ["diagnose"]
 
 
 def diagnose(
-    record: LoopRecord,
+    record: LoopRecord | Any,
     *,
+    tag: str | None = None,
     prior: float = 0.25,
     costs: Costs | None = None,
     smallest_S: float = DEFAULT_SMALLEST_S,
@@ -42,7 +44,9 @@ def diagnose(
     Parameters
     ----------
     record : LoopRecord
-        A record of one loop, OP and PV at least.
+        A record of one loop, OP and PV at least; or a path or data frame that holds one loop.
+    tag : str, optional
+        The loop, where the path or frame holds several.
     prior : float
         Share of sticky valves where the record comes from [-].
     costs : Costs, optional
@@ -62,9 +66,10 @@ def diagnose(
     Raises
     ------
     RecordError
-        When the record has no PV at all, or is a path or the list that `read` gives.
+        When the record has no PV at all, or the path or frame cannot be read.
     ParameterError
-        When the prior is not between 0 and 1, or `smallest_S` is not positive.
+        When the path or frame holds several loops and `tag` names none of them, the prior is not between 0 and 1, or
+        `smallest_S` is not positive.
 
     Notes
     -----
@@ -79,6 +84,7 @@ def diagnose(
     """
     require_probability("prior", prior)
     smallest_S = require_positive("smallest_S", smallest_S, "% of span")
+    record = records_of_loop(record, tag)
     segments = [judge_segment(record), *map(judge_segment, record.other_readings)]
     with one_thread():
         found = [_diagnose(segment, prior, costs or Costs(), smallest_S, methods) for segment in segments]
