@@ -11,6 +11,7 @@ from stiction.display.finding_words import FINDINGS
 from stiction.display.frames import as_native
 from stiction.display.number_format import count_noun
 from stiction.display.tagged import TaggedList
+from stiction.errors import RecordError
 
 __all__ = ["Diagnoses", "diagnose_all"]
 
@@ -71,7 +72,7 @@ class Diagnoses(TaggedList[Diagnosis]):
 
 
 def diagnose_all(source: Any, *, prior: float = 0.25, methods: bool = False, **options: Any) -> Diagnoses:
-    """Diagnose every loop of a source, one after the other.
+    """Diagnose every loop of a source, one after the other; several records of one tag count as one loop.
 
     Parameters
     ----------
@@ -119,9 +120,19 @@ def diagnose_all(source: Any, *, prior: float = 0.25, methods: bool = False, **o
         if not records and failed:
             raise failed[0].error
         failures = tuple(str(one.error) for one in failed)
-    found = Diagnoses(diagnose(record, prior=prior, methods=methods) for record in records if record.pv is not None)
-    lacking = (f"{record.tag} has no PV." for record in records if record.pv is None)
-    found.failures = (*failures, *lacking)
+    of_tag: dict[str, list[LoopRecord]] = {}
+    for record in records:
+        if record.pv is None:
+            failures += (f"{record.tag} has no PV.",)
+        else:
+            of_tag.setdefault(record.tag, []).append(record)
+    found = Diagnoses()
+    for of_loop in of_tag.values():
+        try:
+            found.append(diagnose(of_loop, prior=prior, methods=methods))
+        except RecordError as error:
+            failures += (f"{of_loop[0].tag}: {error}",)
+    found.failures = failures
     return found
 
 

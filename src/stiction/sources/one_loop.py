@@ -45,10 +45,11 @@ def records_of_loop(source: Any, tag: str | None = None) -> Any:
     """
     if isinstance(source, LoopRecord):
         return source
-    if isinstance(source, (list, tuple)) and source and all(isinstance(one, LoopRecord) for one in source):
-        records = list(source)
-        chosen = records if tag is None else [one for one in records if one.tag == tag]
-        _require_one({one.tag for one in chosen}, [one.tag for one in records], tag, "the list")
+    if isinstance(source, (list, tuple)):
+        if tag is None:
+            return source
+        chosen = [one for one in source if one.tag == tag]
+        _require_one({one.tag for one in chosen}, [one.tag for one in source], tag, "the list")
         return chosen[0] if len(chosen) == 1 else chosen
     if not (isinstance(source, (str, PathLike)) or hasattr(source, "read") or hasattr(source, "columns")):
         return source
