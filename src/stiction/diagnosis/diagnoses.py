@@ -25,6 +25,11 @@ COLUMNS = (
 class Diagnoses(TaggedList[Diagnosis]):
     """The diagnoses of many loops, a list that also takes a tag as index.
 
+    Parameters
+    ----------
+    iterable : iterable of Diagnosis
+        The items.
+
     Examples
     --------
     >>> import stiction as st

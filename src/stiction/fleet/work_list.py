@@ -99,7 +99,7 @@ def work_list(audit: Audit, earlier: Audit | None = None) -> tuple[WorkItem, ...
     --------
     >>> from pathlib import Path
     >>> import stiction as st
-    >>> work_list(st.Audit(Path("plant"), [], [], {}, {}))
+    >>> st.work_list(st.Audit(Path("plant"), [], [], {}, {}))
     ()
     """
     labels = newest_labels(sorted((one for each in (earlier, audit) if each for one in read_labels(each.folder)),

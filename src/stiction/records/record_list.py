@@ -13,6 +13,11 @@ __all__ = ["Records"]
 class Records(TaggedList[LoopRecord]):
     """The records that `stiction.read` found, a list that also takes a tag as index.
 
+    Parameters
+    ----------
+    iterable : iterable of LoopRecord
+        The items.
+
     Examples
     --------
     >>> import stiction as st
