@@ -36,6 +36,7 @@ VERBS = {
         "SOURCE... --out FOLDER",
         "Diagnose all loops of a plant, rank and group them.",
     ),
+    "watch": ("stiction.apps.watch:watch", "PLANT.toml", "Watch a plant from its historians, and raise alarms."),
     "read": ("stiction.apps.read:read", "SOURCE...", "Show what a source contains, convert it, write its map."),
     "compensate": (
         "stiction.apps.compensate:compensate",

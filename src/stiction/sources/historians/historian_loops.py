@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from stiction.sources.options import ReadOptions
     from stiction.sources.roles.map_file import MapRow
 
-__all__ = ["find_loops_of_historian", "historian_span", "open_historian"]
+__all__ = ["find_loops_of_historian", "historian_span", "make_loops", "open_historian"]
 
 DEFAULT_SPAN = timedelta(days=1)
 """Time that is read when none is given."""
@@ -70,9 +70,28 @@ def find_loops_of_historian(source: str, options: ReadOptions, rows: Sequence[Ma
         raise ParameterError(
             f"{', '.join(sorted(others))} can be used only with a database, not with a historian; leave it out."
         )
-    since, until = historian_span(asked.get("since"), asked.get("until"))
+    span = historian_span(asked.get("since"), asked.get("until"))
     client = open_historian(source)
     tags = _find_tags(client, source, rows, asked.get("tags") or (), options)
+    return make_loops(client, tags, source, span, options, rows)
+
+
+def make_loops(
+    client: Historian,
+    tags: Sequence[HistorianTag],
+    source: str,
+    span: tuple[datetime, datetime],
+    options: ReadOptions,
+    rows: Sequence[MapRow] | None = None,
+) -> Loops:
+    """Make loops of tags, whose values a client gives when a loop is read.
+
+    Raises
+    ------
+    RecordError
+        When the tags make no loop.
+    """
+    since, until = span
     block = _TagBlocks(client, since, until)
     note = f"Values from {since:%Y-%m-%d %H:%M:%S} to {until:%Y-%m-%d %H:%M:%S} UTC were read from {source}."
     table = RawTable(Origin(source, tags[0].name), [], [], 0, _no_rows, notes=[note])
