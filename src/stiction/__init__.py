@@ -75,7 +75,7 @@ _ROOMS: dict[str, tuple[str, ...]] = {
         "work_order",
     ),
     "stiction.export": ("ExportedModel", "export_c", "export_fmu", "export_matlab", "export_modelica"),
-    "stiction.fleet": ("Audit", "audit", "group_oscillations", "open_audit"),
+    "stiction.fleet": ("Audit", "audit", "group_oscillations", "open_audit", "work_list"),
     "stiction.fleet.stiction_features": ("StictionFeatures",),
     "stiction.report": ("write_report",),
     "stiction.errors": ("ConvergenceError", "MissingExtraError", "ParameterError", "RecordError", "StictionError"),

@@ -15,6 +15,7 @@ import pytest
 
 from fleet.small_plant import ROOT, write_plant
 from stiction.errors import RecordError
+from stiction.fleet import open_audit
 
 
 def test_audit_writes_its_files_and_goes_on(run, folder, audit_in_process):
@@ -166,8 +167,25 @@ def test_table_has_groups_and_lists_what_was_not_judged(folder, run, audit_in_pr
     write_plant(folder / "plant.parquet", 6)
     done = run(*COMMAND)
     heading = next(line for line in done.out.splitlines() if line.startswith("Loop "))
-    assert heading.split()[:3] == ["Loop", "Group", "Verdict"]
+    assert heading.split() == ["Loop", "Finding", "Next", "step", "S", "[%]", "Period", "Priority"]
+    assert "Priority: severity times the probability of a fault" in done.out
     assert "Not judged: U0/FIC-004 (manual)" in done.out
+
+
+def test_work_list_has_the_notes_and_a_work_order(folder, run, audit_in_process):
+    write_plant(folder / "plant.parquet", 6)
+    assert run(*COMMAND).code == 1
+    sticky = next(row.tag for row in open_audit(folder / "audit").rows if row.verdict == "stiction")
+    done = run("worklist", "audit", "--mark", f"{sticky}=planned", "--note", "shutdown in May", "--json")
+    assert done.code == 1
+    [item] = [one for one in json.loads(done.out) if one["tag"] == sticky]
+    assert (item["kind"], item["state"]) == ("repair", "planned")
+    assert item["note"].endswith(": shutdown in May")
+    orders = [path.read_text() for path in (folder / "audit" / "worklist" / "orders").iterdir()]
+    assert any(f"Work order: control valve of {sticky}, repair" in order for order in orders)
+    assert "Repair at the next shutdown" in run("worklist", "audit", "--orders", "0").out
+    assert run("worklist", "audit", "--mark", sticky).code == 2
+    assert run("worklist", "audit", "--mark", "XIC-9=done").code == 2
 
 
 def test_demo_plant(run, folder, audit_in_process):
@@ -176,4 +194,13 @@ def test_demo_plant(run, folder, audit_in_process):
     assert len(found["loops"]) == 56
     assert found["right"] >= 53
     assert [group["right"] for group in found["groups"]] == [True, True]
+    audit = open_audit(folder / "stiction-plant" / "audit")
+    sources = {group["root"] for group in found["groups"]}
+    assert {row.tag for row in audit.worst(2)} == sources
+    followers = {row.tag: row for row in audit.rows if row.follows}
+    assert {tag for group in found["groups"] for tag in group["members"]} - sources - followers.keys() <= {
+        "UNIT1/FIC-1135"
+    }
+    for row in followers.values():
+        assert row.next_step == row.action == f"Look again after {row.follows} was put right."
     assert (folder / "stiction-plant" / "audit" / "index.html").is_file()

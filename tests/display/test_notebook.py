@@ -52,7 +52,7 @@ def results(loop):
     found = st.diagnose(record)
     members = tuple(Member(f"<i>{k}</i>", 60.0, 3.0, "op", 0.9, 10.0 * k) for k in range(40))
     roots = tuple(RootCandidate(one.tag, 0.0, 1 / 40, ()) for one in members)
-    group = Group(60.0, members, (), roots, 0.5, 1.0)
+    group = Group(60.0, members, (), roots, 0.5)
     return {
         "record": record,
         "diagnosis": found,

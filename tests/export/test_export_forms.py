@@ -14,7 +14,7 @@ from tests.export.compiled import FLAGS, is_valve, models, random_op, sampling_p
 from tests.services import require
 
 import stiction as st
-from stiction.export.syntax import CSyntax
+from stiction.export.syntax import Syntax
 from stiction.export.translate import Translator
 from stiction.export.values import TranslationError, Value
 
@@ -176,4 +176,4 @@ def uses_text(x):
 def test_translator_names_the_line_that_it_does_not_know(kernel, line):
     first = kernel.__code__.co_firstlineno
     with pytest.raises(TranslationError, match=rf"test_export_forms\.py, line {first + line}: .*translated to C"):
-        Translator(CSyntax("x")).call(kernel, [Value("double", "x")])
+        Translator(Syntax("C", "x")).call(kernel, [Value("double", "x")])

@@ -184,12 +184,27 @@ def test_members_that_follow_a_source_come_after_it():
     group = {"number": 1, "leading_roots": ["A"], "roots": roots}
     verdicts = ("no_stiction", "no_stiction", "stiction", "no_stiction")
     rows = [
-        LoopRow(tag, verdict=verdict, confidence=0.9, priority=0.6)
+        LoopRow(tag, status="diagnosed", verdict=verdict, severity=0.5, confidence=0.9, priority=0.45, action="Act.")
         for tag, verdict in zip("ABCD", verdicts, strict=True)
     ]
     ranked = rank_members(rows, [group])
-    assert [row["priority"] for row in ranked] == pytest.approx([0.6, 0.12, 0.6, 0.6])
+    # A gains the 0.8 of B's severity that is not B's own, times its own confidence.
+    assert [row["priority"] for row in ranked] == pytest.approx([0.45 + 0.9 * 0.8 * 0.5, 0.2 * 0.45, 0.45, 0.45])
     assert [(row["group"], row["follows"]) for row in ranked] == [(1, None), (1, "A"), (1, None), (None, None)]
+    follower = ranked[1]
+    assert (follower.finding, follower.finding_text) == ("follows", "Oscillates with A")
+    assert follower.next_step == follower.action == "Look again after A was put right."
+    assert "1 loop follows" in ranked[0].priority_reason
+
+
+def test_nothing_is_changed_before_a_test_tells_which_of_two_loops_is_the_source():
+    roots = [{"tag": tag, "probability": p} for tag, p in (("A", 0.5), ("B", 0.4), ("C", 0.1))]
+    group = {"number": 1, "leading_roots": ["A", "B"], "roots": roots}
+    rows = [LoopRow(tag, status="diagnosed", finding="tuning", next_step="Halve the gain.") for tag in "ABC"]
+    ranked = {row.tag: row for row in rank_members(rows, [group])}
+    assert ranked["A"].next_step.startswith("Put A in manual for three periods: if B goes on swinging, B is the source")
+    assert ranked["C"].next_step == "Look again after A or B was put right."
+    assert "Halve" not in " ".join(row.next_step + row.action for row in ranked.values())
 
 
 @pytest.mark.parametrize("cause", ["external", "tuning"])

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-import re
 from functools import cache
 from itertools import combinations
 
 import numpy as np
 import pytest
-from scipy.stats import poisson
 
+from fleet.unrelated_loops import draw_unrelated_loops
 from stiction.errors import ParameterError
 from stiction.fleet import LoopVerdict, common_clock, group_oscillations, make_block_means, rank_roots
 from stiction.records import LoopRecord
@@ -91,7 +90,9 @@ def test_group_lists_all_parts_of_its_scores():
     assert sum(root["probability"] for root in row["roots"]) == pytest.approx(1.0, abs=1e-3)
     assert group.roots[0].tag in group.summary()
     for root in group.roots:
-        assert all(part.text in root.why for part in root.parts)
+        said = [part.text for part in root.parts if part.text in root.why]
+        assert root.why == " ".join(sorted(said, key=root.why.index)) or root.why.startswith("Nothing points to")
+        assert all(text.endswith(".") and text[0].isupper() for text in said)
     scores = [sum(part.log_odds for part in root.parts) for root in group.roots]
     np.testing.assert_allclose(np.subtract(scores, np.mean(scores)), [root.score for root in group.roots], atol=1e-9)
 
@@ -118,27 +119,38 @@ def test_loops_with_the_same_period_but_phases_of_their_own_make_no_group():
     assert group_oscillations(waves([40.0] * 6, spread=1.0, shared=False)) == ()
 
 
-def test_record_too_short_for_two_periods_says_so():
-    """8000 s resolve 40^2 / 8000 = 0.2 s at 40 s; periods dT apart need T^2 / dT."""
-    alone = waves([40.1], spread=0.0, seed=5)[0]
-    records = [*waves([40.0] * 4, spread=0.5), LoopRecord("LIC-9", 1.0, op=alone.op, pv=alone.pv, sp=alone.sp)]
-    group = group_oscillations(records, min_coherence=0.9)[0]
-    assert set(group.tags) == {"FIC-0", "FIC-1", "FIC-2", "FIC-3"}
-    assert group.resolution == pytest.approx(0.2, rel=0.02)
-    assert group.remark.startswith("1 more oscillation ")
-    resolution, apart, needed, length = (float(x) for x in re.findall(r"([\d.]+) (?:s|h)\b", group.remark))
-    assert (resolution, length) == pytest.approx((0.2, 8000 / 3600), rel=0.02)
-    assert apart * needed * 3600.0 == pytest.approx(40.1**2, rel=0.2)
-    assert group_oscillations(records[:4])[0].remark == ""
-
-
-def test_chance_is_the_tail_of_the_poisson_distribution():
-    """Two loops at 40 s beside three unrelated ones within 20 % in log T: lambda = 3 / 0.4 * 2 * 40 / 8000."""
-    records = waves([40.0, 40.0, 36.0, 44.0, 47.0], spread=0.1)
-    group = group_oscillations(records, max_chance=1.0)[0]
+def test_steady_waves_of_one_period_make_no_group_without_a_connection():
+    """Two steady waves cohere at every shift: that shows no connection, unless one is listed."""
+    records = waves([40.0, 40.0, 40.01], spread=0.0)
+    assert group_oscillations(records) == ()
+    [group] = group_oscillations(records, connections=[("FIC-0", "LIC-7"), ("LIC-7", "FIC-1")])
     assert set(group.tags) == {"FIC-0", "FIC-1"}
-    assert group.chance == pytest.approx(poisson.sf(0, 3 / 0.4 * 2 * 40 / 8000), rel=0.02)
-    assert group_oscillations(records, max_chance=0.01) == ()
+    assert group.similar == ("FIC-2",)
+    assert {one.through for one in group.members} == {"", "through LIC-7"} or group.roots[0].tag == "FIC-1"
+    assert "Similar periods, connection not shown: FIC-2." in group.summary()
+
+
+def share_of_grouped_pairs(seed: int, count: int, periods: tuple[float, float], samples: int) -> float:
+    records = draw_unrelated_loops(seed, count, *periods, samples=samples)
+    pairs = sum(len(group.tags) * (len(group.tags) - 1) / 2 for group in group_oscillations(records))
+    return pairs / (count * (count - 1) / 2)
+
+
+@pytest.mark.parametrize(("periods", "samples"), [((188.0, 202.0), 4320), ((560.0, 600.0), 4320)])
+def test_unrelated_loops_with_similar_periods_are_not_grouped(periods, samples):
+    """The bound is a twentieth of the pairs; the periods are those of four loops that were grouped once."""
+    assert max(share_of_grouped_pairs(seed, 40, periods, samples) for seed in range(2)) <= 0.05
+    assert share_of_grouped_pairs(7, 4, periods, samples) == 0.0
+
+
+@pytest.mark.slow
+def test_many_sets_of_unrelated_loops_are_not_grouped():
+    shares = [
+        share_of_grouped_pairs(seed, 40, periods, samples)
+        for seed in range(20)
+        for periods, samples in (((188.0, 202.0), 4320), ((560.0, 600.0), 4320), ((188.0, 202.0), 1440))
+    ]
+    assert max(shares) <= 0.05
 
 
 def test_secondary_loop_comes_before_its_primary():

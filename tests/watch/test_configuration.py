@@ -60,7 +60,7 @@ def test_a_file_is_read_with_its_defaults(tmp_path):
     [
         ('window = "8h"', 'windw = "8h"', 2, "windw = '8h': the key is unknown; did you mean window?"),
         ('window = "8h"', "window = 8", 2, "window = 8 is of the wrong type; give a text in quotes."),
-        ('window = "8h"', 'window = "5s"', 2, "window = '5s' is shorter than 1m; give a longer one, such as 4h."),
+        ('window = "8h"', 'window = "5s"', 2, "window = '5s' is shorter than 10s; give a longer one, such as 4h."),
         (
             'window = "8h"',
             'window = "long"',

@@ -13,7 +13,7 @@ from stiction.errors import ParameterError, StictionError
 if TYPE_CHECKING:
     from stiction.fleet import Audit, LoopRow
 
-__all__ = ["audit", "print_audit"]
+__all__ = ["audit", "print_audit", "write_results"]
 
 SOURCES = "What to read: files, folders, patterns or database URLs, as for `stiction diagnose`."
 Results = Group("Results", sort_key=2)
@@ -110,12 +110,13 @@ def audit(
         from stiction.fleet import compare_audits
 
         changes = compare_audits(found, other)
-    files = _write(found, changes, pages, page)
+    files = write_results(found, changes, pages, page)
     if as_json:
         print_json(found.to_dict() | ({} if changes is None else {"changes": changes}))
     else:
         print_audit(found, changes)
-    (print_err if as_json else print_out)(f"Results: {files}")
+    show = print_err if as_json else print_out
+    show(f"Results:   {files}\nWork list: {found.folder / 'worklist' / 'index.html'}")
     counts = found.counts
     failed = counts["error"] + counts["timeout"] + counts["crashed"]
     if failed and failed == counts["loops"]:
@@ -172,14 +173,16 @@ def _open(folder: str, ledger: str | None, option: str = "") -> "Audit":
         raise type(error)(*error.args, remedy=error.remedy, where=f"{option}{error.where}") from None
 
 
-def _write(found: "Audit", changes: list[dict[str, Any]] | None, pages: int, tags: tuple[str, ...]) -> str:
+def write_results(found: "Audit", changes: list[dict[str, Any]] | None, pages: int, tags: tuple[str, ...]) -> str:
     """Write all files that people look at, and give the path of the first one to open.
 
     A loop of which no page can be written gives its place to the next one, but not a loop that was asked for.
     """
     from stiction.apps.output import print_err
-    from stiction.fleet import write_exports
+    from stiction.fleet import work_list, write_exports
+    from stiction.fleet.work_list_file import write_work_list_file
     from stiction.report import write_audit_page, write_loop_page
+    from stiction.report.work_list_page import write_work_list_page
 
     write_exports(found)
     for tag in dict.fromkeys(tags):
@@ -195,13 +198,15 @@ def _write(found: "Audit", changes: list[dict[str, Any]] | None, pages: int, tag
                 written.add(row.tag)
             except Exception as error:  # one page must not cost the table and the other pages
                 print_err(f"The page of {row.tag} was not written: {error}")
+    items, folder = work_list(found), found.folder / "worklist"
+    write_work_list_file(items, folder / "worklist.xlsx")
+    write_work_list_page(found, items, {}, folder / "index.html")
     return str(write_audit_page(found, changes=changes))
 
 
 def print_audit(found: "Audit", changes: list[dict[str, Any]] | None = None) -> None:
     """Print counts, the ten worst loops, the groups, and what changed."""
     from stiction.apps.output import print_out, print_table
-    from stiction.report import labels
 
     counts = found.counts
     print_out("")
@@ -211,18 +216,13 @@ def print_audit(found: "Audit", changes: list[dict[str, Any]] | None = None) -> 
         f"{counts['error'] + counts['timeout'] + counts['crashed']} failed."
     )
     rows = [
-        [
-            row.tag,
-            row.text("group"),
-            labels.VERDICTS[row.verdict] if row.status == "diagnosed" else row.status,
-            row.text("loop_state"),
-            f"follows {row.follows}" if row.follows else labels.CAUSES.get(row.oscillation_cause, ""),
-            *(row.text(name) for name in ("probability", "S", "period_s", "priority")),
-        ]
+        [row.tag, row.finding_text or row.text("status"), row.next_step, *map(row.text, ("S", "period_s", "priority"))]
         for row in found.worst(10)
     ]
-    columns = ["Loop", "Group", "Verdict", "State", "Cause", "Probability", "S [%]", "Period", "Priority"]
-    print_table(columns, rows)
+    print_table(["Loop", "Finding", "Next step", "S [%]", "Period", "Priority"], rows)
+    print_out("\nPriority: severity times the probability of a fault, with the severity of the loops that follow.")
+    for row in found.worst(3):
+        print_out(f"{row.tag}: {row.priority_reason}")
     _print_not_judged(found)
     for group in found.groups:
         print_out(f"\nGroup {group['number']}: {group['summary']}")
@@ -231,9 +231,9 @@ def print_audit(found: "Audit", changes: list[dict[str, Any]] | None = None) -> 
         if not changes:
             print_out("No loop has a finding in one of the two audits.")
             return
-        names = ("change", "tag", "verdict", "verdict_before", "why")
+        names = ("change", "tag", "finding_text", "finding_text_before", "why")
         rows = [[row[name] or "" for name in names] for row in changes]
-        print_table(["Change", "Loop", "Verdict", "Before", "Why"], rows)
+        print_table(["Change", "Loop", "Finding", "Before", "Why"], rows)
 
 
 def _print_not_judged(found: "Audit", *, max_tags: int = 10) -> None:

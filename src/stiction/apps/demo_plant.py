@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:
-    from pathlib import Path
+from stiction.display.finding_words import OPEN
 
-    from stiction.fleet import Audit, LoopRow
+if TYPE_CHECKING:
+    from stiction.fleet import Audit
     from stiction.simulation.plant import PlantLoop, SimulatedPlant
 
 __all__ = ["demo_plant_audit", "plant_truth", "write_plant_files"]
@@ -23,12 +24,11 @@ def demo_plant_audit(folder: Path, *, as_json: bool, seed: int = 0) -> tuple[int
     tuple of (int, Path)
         The exit code, 0 when every finding is right, and the page of the audit.
     """
-    from stiction.apps.audit import print_audit
+    from stiction.apps.audit import print_audit, write_results
     from stiction.apps.audit_progress import AuditBar
     from stiction.apps.output import print_json, print_out, print_table
     from stiction.apps.output_files import check_folder
-    from stiction.fleet import audit, write_exports
-    from stiction.report import write_audit_page
+    from stiction.fleet import audit
     from stiction.simulation.plant import simulate_plant
 
     plant = simulate_plant(seed)
@@ -38,8 +38,7 @@ def demo_plant_audit(folder: Path, *, as_json: bool, seed: int = 0) -> tuple[int
         print_out(f"A simulated plant of {len(plant.loops)} loops, 6 hours at 5 s; its records are in {files[0]}.")
     with AuditBar(quiet=as_json) as bar:
         plant_audit = audit(files[0], folder / "audit", map=files[1], connections=files[2], progress=bar.update)
-    write_exports(plant_audit)
-    page = write_audit_page(plant_audit)
+    page = Path(write_results(plant_audit, None, 0, ()))
     rows = plant_truth(plant, plant_audit)
     groups = _group_truth(plant, plant_audit)
     right = sum(row["right"] for row in rows)
@@ -55,8 +54,10 @@ def demo_plant_audit(folder: Path, *, as_json: bool, seed: int = 0) -> tuple[int
         )
         for group in groups:
             print_out(f"{'ok' if group['right'] else 'WRONG'}  {group['text']}")
-        print_out(f"\n{right} of {len(rows)} loops: verdict, loop state and cause are right.")
+        print_out(f"\n{right} of {len(rows)} loops: the finding is right.")
         print_out(f"Page:   {page}")
+        print_out(f"List:   {folder / 'audit' / 'worklist' / 'index.html'}")
+        print_out(f"Open:   stiction serve {folder / 'audit'}")
         print_out(f"Try:    stiction audit {files[0]} --map {files[1]} --connections {files[2]} --out my-audit")
     return int(right < len(rows) or not all(group["right"] for group in groups)), page
 
@@ -96,23 +97,25 @@ def write_plant_files(plant: SimulatedPlant, folder: Path) -> tuple[Path, Path, 
     return data, map_file, links
 
 
-def plant_truth(plant: SimulatedPlant, plant_audit: Audit) -> list[dict[str, Any]]:
-    """Truth and finding of each loop.
+RIGHT = {
+    "stiction": ("sticks", "probably_sticks"),
+    "tight tuning": ("tuning", *OPEN),
+    "external disturbance": ("follows", "external", *OPEN),
+    "none": ("nothing_found", "follows", *OPEN),
+}
+"""Fault of a loop in control -> findings that are right; those that leave the cause open name a test."""
 
-    A loop is right when a sticky valve is called "stiction" and no other is, the loop state is the true one, a badly
-    tuned loop has the cause tuning, and a loop that another one moves has the cause external or is in the group of that
-    source.
-    """
-    rows, sources = [], {group["number"]: group["leading_roots"] for group in plant_audit.groups}
+
+def plant_truth(plant: SimulatedPlant, plant_audit: Audit) -> list[dict[str, Any]]:
+    """Truth and finding of each loop, and whether the finding is right."""
+    from stiction.diagnosis.verdict.finding import STATE_FINDINGS
+
+    rows = []
     for loop in plant.loops:
         row = plant_audit.row(loop.record.tag)
-        sticky, is_called = loop.cause == "stiction", row.verdict == "stiction"
-        right = sticky == is_called and (row.loop_state == loop.state or (loop.state == "in_control" and not sticky))
-        if loop.cause == "tight tuning":
-            right &= row.oscillation_cause == "tuning"
-        if loop.cause == "external disturbance":
-            right &= row.oscillation_cause == "external" or loop.root in sources.get(row.group, ())
-        rows.append({"tag": row.tag, "truth": _truth_text(loop), "found": _found_text(row), "right": right})
+        expected = RIGHT[loop.cause] if loop.state == "in_control" else (STATE_FINDINGS[loop.state],)
+        right = row.finding in expected and (row.verdict == "stiction") == (loop.cause == "stiction")
+        rows.append({"tag": row.tag, "truth": _truth_text(loop), "found": row.finding_text, "right": right})
     return rows
 
 
@@ -124,14 +127,6 @@ def _truth_text(loop: PlantLoop) -> str:
     if loop.cause == "external disturbance":
         return f"oscillates because of {loop.root}"
     return "nothing wrong" if loop.cause == "none" else loop.cause
-
-
-def _found_text(row: LoopRow) -> str:
-    if row.loop_state != "in_control":
-        return row.text("loop_state") or row.text("status")
-    size = f", S = {row.text('S')} %" if row.verdict == "stiction" else ""
-    group = f", group {row.group}" if row.group else ""
-    return f"{row.text('verdict')}{size}, cause {row.text('oscillation_cause')}{group}"
 
 
 def _group_truth(plant: SimulatedPlant, plant_audit: Audit) -> list[dict[str, Any]]:

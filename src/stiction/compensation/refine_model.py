@@ -17,6 +17,7 @@ import numpy as np
 
 from stiction.compensation.cycle_average import periodic_part
 from stiction.diagnosis.identification.process_fit import fit_process
+from stiction.diagnosis.identification.simplex_search import simplex_search
 from stiction.diagnosis.oscillation.signals import about_drift
 from stiction.errors import RecordError
 from stiction.models import FOPDT, SOPDT, Integrating, Kano
@@ -129,18 +130,13 @@ def _search_valve_and_process(view: _SearchData, found: Identification) -> tuple
 
 def _search(view: _SearchData, guess: NDArray[np.float64], first: int = 0) -> tuple[NDArray[np.float64], float]:
     """Search the parameters from number `first` on by the simplex method."""
-    from scipy.optimize import minimize
-
     guess[4] = max(guess[4], 0.0)
     steps = np.diag(FIRST_STEPS * np.where(np.arange(5) == 1, -1.0 if guess[1] > 0.5 else 1.0, 1.0))
     simplex = np.vstack([guess, guess + steps[first:]])[:, first:]
-    done = minimize(
-        lambda x: view.error(np.concatenate([guess[:first], x])),
-        guess[first:],
-        method="Nelder-Mead",
-        options={"maxfev": MAX_EVALUATIONS, "initial_simplex": simplex, "xatol": 1e-4, "fatol": 1e-7},
+    point, error = simplex_search(
+        lambda x: view.error(np.concatenate([guess[:first], x])), simplex, MAX_EVALUATIONS, 1e-4, 1e-7
     )
-    return np.concatenate([guess[:first], done.x]), float(done.fun)
+    return np.concatenate([guess[:first], point]), error
 
 
 class _SearchData:

@@ -65,13 +65,13 @@ def group_html(group: Any) -> str:
         (loop.tag, format_seconds(loop.period), f"{loop.coherence:.2f}", f"{loop.phase:+.0f}°")
         for loop in group.members[:MAX_MEMBERS]
     ]
-    more = len(group.members) - len(rows)
+    more, similar = len(group.members) - len(rows), ", ".join(group.similar[:MAX_MEMBERS])
     roots = ", ".join(f"{loop.tag} ({format_probability(loop.probability)})" for loop in group.leading_roots())
     parts = [
         paragraph(f"Likeliest source: {roots}."),
         table(rows, ("loop", "period", "coherence", "phase")),
         *([paragraph(f"and {count_noun(more, 'more loop')}")] if more else []),
-        *([paragraph(group.remark)] if group.remark else []),
+        *([paragraph(f"Similar periods, connection not shown: {similar}.")] if similar else []),
     ]
     return card(f"{count_noun(len(group.members), 'loop')} oscillate every {format_seconds(group.period)}", parts)
 

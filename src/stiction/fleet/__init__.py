@@ -15,6 +15,7 @@ from stiction.fleet.plant_audit import audit
 from stiction.fleet.progress import Progress
 from stiction.fleet.root_cause import LoopVerdict, RootWeights, rank_roots
 from stiction.fleet.source_parts import LoopPlace
+from stiction.fleet.work_list import WorkItem, work_list
 
 __all__ = [
     "Audit",
@@ -33,6 +34,7 @@ __all__ = [
     "RootCandidate",
     "RootEvidence",
     "RootWeights",
+    "WorkItem",
     "append_label",
     "audit",
     "common_clock",
@@ -46,5 +48,6 @@ __all__ = [
     "open_audit",
     "rank_roots",
     "read_labels",
+    "work_list",
     "write_exports",
 ]

@@ -167,8 +167,8 @@ class Audit:
     def history(self, tag: str) -> list[dict[str, Any]]:
         """Verdicts and sizes of one valve in all audited times of this folder, the earliest first.
 
-        Each has `window`, `start`, `end`, `verdict`, `probability`, `priority`, `S`, `S_low` and `S_high` [% of span]:
-        the trend of S.
+        Each has `window`, `start`, `end`, `finding_text`, `verdict`, `probability`, `priority`, and `S`, `S_low`,
+        `S_high` and `S_detectable` [% of span]: the trend of S.
         """
         self.row(tag)
         database = Ledger(self.ledger_url or sqlite_url(self.folder / "ledger.sqlite"))
@@ -176,7 +176,8 @@ class Audit:
             stored = database.read_history(self.signal_parts[tag][0])
         finally:
             database.close()
-        names = ("start", "end", "verdict", "probability", "priority", "S", "S_low", "S_high")
+        names = ("start", "end", "verdict", "probability", "priority", "S", "S_low", "S_high", "S_detectable",
+                 "finding_text")  # fmt: skip
         rows = [{"window": window, **{name: row[name] for name in names}} for window, row in stored]
         return sorted(rows, key=lambda row: (row["end"] or "", row["window"]))
 
@@ -192,19 +193,16 @@ class Audit:
             f"{counts['skipped']} not diagnosed, {counts['error'] + counts['timeout'] + counts['crashed']} failed. "
             f"{counts['stiction']} sticky valves, {counts['undecided']} undecided, {len(self.groups)} groups."
         ]
-        lines += [f"{k}. {row.tag}: {row.verdict}, {row.reason}" for k, row in enumerate(self.worst(), 1)]
+        lines += [f"{k}. {row.tag}: {row.finding_text}. {row.next_step}" for k, row in enumerate(self.worst(), 1)]
         return "\n".join(lines)
 
     def _repr_html_(self) -> str:
         """Counts and the ten worst loops, for a notebook."""
-        columns = ("tag", "area", "verdict", "probability", "loop_state", "oscillation_cause", "period_s", "priority")
-        head = "".join(f"<th>{name.replace('_', ' ')}</th>" for name in columns)
-        lines = []
-        for row in self.worst():
-            cells = (
-                f"{x:.3g}" if isinstance(x := row[name], float) else "" if x is None else str(x) for name in columns
-            )
-            lines.append("<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in cells) + "</tr>")
+        names = ("tag", "area", "finding_text", "next_step", "S", "period_s", "priority")
+        heads = ("Loop", "Area", "Finding", "Next step", "S", "Period", "Priority")
+        head = "".join(f"<th>{name}</th>" for name in heads)
+        cells = ("".join(f"<td>{html.escape(row.text(name))}</td>" for name in names) for row in self.worst())
+        lines = [f"<tr>{line}</tr>" for line in cells]
         text = html.escape(self.summary().splitlines()[0])
         return f"<p>{text}</p><table><thead><tr>{head}</tr></thead><tbody>{''.join(lines)}</tbody></table>"
 

@@ -36,7 +36,7 @@ def compare_audits(
     -------
     list of dict
         Each loop with a finding in one of the two: `tag`, `change` ("new", "worse", "same", "better" or "gone"), `why`,
-        and `verdict`, `priority`, `S`, `S_low`, `S_high` of both (`verdict_before`, ...); "new" first.
+        and `finding_text`, `verdict`, `priority`, `S`, `S_low`, `S_high` of both (`verdict_before`, ...); "new" first.
 
     Notes
     -----
@@ -58,7 +58,7 @@ def compare_audits(
         change, why = _change(new, old, min_change, relative_change)
         if change:
             row: dict[str, Any] = {"tag": tag, "change": change, "why": why}
-            for name in ("verdict", "priority", "S", "S_low", "S_high"):
+            for name in ("finding_text", "verdict", "priority", "S", "S_low", "S_high"):
                 row |= {name: new and new[name], f"{name}_before": old and old[name]}
             rows.append(row)
     return sorted(rows, key=lambda row: (CHANGES.index(row["change"]), -(row["priority"] or 0.0), row["tag"]))

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 __all__ = ["write_exports", "write_table"]
 
+WIDTHS = {"reason": 420, "action": 420, "next_step": 420, "finding": 230, "priority_reason": 320, "tag": 140}
+"""Width of a column of a workbook [pixels]; 100 of others."""
 MAX_CELL = 32767
 """Characters that a cell of a workbook can hold [-]."""
 
@@ -89,10 +91,11 @@ def _write_excel(frame: pl.DataFrame, target: Path | BytesIO) -> None:
     import polars as pl
     import xlsxwriter
 
+    frame = frame.drop("finding", strict=False).rename({"finding_text": "finding"}, strict=False)
     names = {name: name.replace("_", " ") for name in frame.columns}
     colours = {"type": "2_color_scale", "min_color": "#FFFFFF", "max_color": "#E0776B"}
     coloured = [name for name in ("priority", "probability", "severity") if name in names and frame.height]
-    widths: Any = {head: 420 if name in ("reason", "action") else 100 for name, head in names.items()}
+    widths: Any = {head: WIDTHS.get(name, 100) for name, head in names.items()}
     options = {"strings_to_formulas": False, "strings_to_urls": False, "in_memory": not isinstance(target, Path)}
     with xlsxwriter.Workbook(str(target) if isinstance(target, Path) else target, options) as book:
         frame.rename(names).with_columns(pl.col(pl.String).str.head(MAX_CELL)).write_excel(

@@ -4,11 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from stiction.display.duration_format import format_seconds
+from stiction.display.duration_format import format_duration
 from stiction.display.json_form import FOUR_DECIMALS, Result, json_as
+from stiction.display.number_format import count_noun, format_probability
 from stiction.display.result_display import ResultDisplay
 
 __all__ = ["Group", "Member", "RootCandidate", "RootEvidence"]
+
+
+MIN_SAID, MAX_SAID = 0.3, 3
+"""Log odds from which a finding is said, and how many are said [-]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,6 +32,8 @@ class Member:
     """Coherence of the envelope with the common oscillation of the group [-]."""
     phase: float = field(metadata=json_as("phase_deg", digits=2))
     """Phase of that signal against the common oscillation [deg], from -180 to 180; a later signal has a lower one."""
+    through: str = ""
+    """How the oscillation comes from the likeliest source, in words; empty of the source."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +47,7 @@ class RootEvidence(Result):
     log_odds: float = field(metadata=json_as(digits=3))
     """What it adds to the score [-]."""
     text: str
-    """The finding in a few words."""
+    """The finding as a sentence."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,9 +67,9 @@ class RootCandidate(Result):
 
     @property
     def why(self) -> str:
-        """The parts in words, the strongest first."""
-        ordered = sorted(self.parts, key=lambda part: -abs(part.log_odds))
-        return "; ".join(f"{part.text} ({part.log_odds:+.1f})" for part in ordered)
+        """Up to three findings that point to this loop, the strongest first, as sentences."""
+        ordered = sorted((part for part in self.parts if part.log_odds >= MIN_SAID), key=lambda part: -part.log_odds)
+        return " ".join(part.text for part in ordered[:MAX_SAID]) or "Nothing points to this loop more than to others."
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,8 +77,8 @@ class Group(ResultDisplay, kind="group"):
     """Loops that share one oscillation."""
 
     _json_keys = (
-        "period as period_s", "tags as members", "members as member_details", "perhaps_also", "roots",
-        "leading_tags as leading_roots", "floor as coherence_floor", "resolution as resolution_s", "chance", "remark",
+        "period as period_s", "tags as members", "members as member_details", "perhaps_also", "similar", "roots",
+        "leading_tags as leading_roots", "floor as coherence_floor",
     )  # fmt: skip
 
     period: float
@@ -84,12 +91,8 @@ class Group(ResultDisplay, kind="group"):
     """All members as source, the likeliest first."""
     floor: float = field(metadata=FOUR_DECIMALS)
     """Coherence from which two loops counted as related [-]."""
-    resolution: float
-    """Difference of two periods that the record just resolves, T^2 over its length [s]."""
-    chance: float = field(default=0.0, metadata=FOUR_DECIMALS)
-    """Probability that so many unrelated loops have the same period by chance [-]."""
-    remark: str = ""
-    """Which other periods the record is too short to tell from this one; empty where there are none."""
+    similar: tuple[str, ...] = ()
+    """Tags of other loops with a similar period; a connection with the group is not shown."""
 
     @property
     def tags(self) -> tuple[str, ...]:
@@ -109,16 +112,21 @@ class Group(ResultDisplay, kind="group"):
         """The group in a few sentences."""
         first, *second = self.leading_roots()
         if second:
-            root = f"The source is one of these two: {first.tag} or {second[0].tag}. Check {first.tag} first."
-        else:
             root = (
-                f"The most likely source is {first.tag} (probability {first.probability:.2f}). Correct it first, then "
-                "run the audit again."
+                f"The source is {first.tag} or {second[0].tag}: put {first.tag} in manual for three periods; if "
+                f"{second[0].tag} goes on swinging, it is the source."
             )
-        also = f" Perhaps also: {', '.join(self.perhaps_also)}." if self.perhaps_also else ""
-        evidence = " ".join(f"Evidence for {one.tag}: {one.why}." for one in (first, *second))
-        remark = f" {self.remark}" if self.remark else ""
-        return (
-            f"{len(self.members)} loops oscillate together every {format_seconds(self.period)}: "
-            f"{', '.join(self.tags)}.{also} {root} {evidence}{remark}"
-        )
+        else:
+            root = f"The source is probably {first.tag} ({format_probability(first.probability)}). Put it right first."
+        leading = {one.tag for one in (first, *second)}
+        followers = [tag for tag in self.tags if tag not in leading]
+        verb = "follows: look at it" if len(followers) == 1 else "follow: look at them"
+        parts = [
+            f"{count_noun(len(self.members), 'loop')} oscillate together every {format_duration(self.period)}.",
+            root,
+            *(f"Why {one.tag}: {one.why}" for one in (first, *second)),
+            f"{', '.join(followers)} {verb} again after that." if followers else "",
+            f"Perhaps also: {', '.join(self.perhaps_also)}." if self.perhaps_also else "",
+            f"Similar periods, connection not shown: {', '.join(self.similar)}." if self.similar else "",
+        ]
+        return " ".join(part for part in parts if part)

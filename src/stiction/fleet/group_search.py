@@ -1,4 +1,4 @@
-"""Search for groups: clusters in bins of the period, grown by other coherent loops, joined, and checked for chance."""
+"""Search for groups: clusters in bins of the period, those that change together, grown by other such loops, joined."""
 
 from __future__ import annotations
 
@@ -7,7 +7,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stiction.fleet.coherence import coherence_floor, coherence_matrix, common_envelope, link_coherent
+from stiction.fleet.coherence import (
+    changes_of,
+    coherence_floor,
+    coherence_matrix,
+    common_envelope,
+    link_coherent,
+    related_loops,
+)
 from stiction.fleet.loop_oscillations import (
     HARMONICS,
     SAME_PERIOD,
@@ -28,6 +35,9 @@ __all__ = ["FoundGroup", "GroupSearch", "OscillationRow", "search_groups", "sign
 MAX_MERGED = 0.4
 """Difference of the logarithms of two periods up to which groups are compared [-]."""
 
+GROWTH_QUANTILE = 0.95
+"""Quantile of the coherence of unrelated changes that a loop must exceed to join a group that is there [-]."""
+
 MIN_WINDOWS = 4
 """Windows of the envelopes below which loops are not compared [-]: 7.5 periods."""
 
@@ -45,13 +55,12 @@ class OscillationRow(NamedTuple):
 
 
 class FoundGroup(NamedTuple):
-    """A group that was found: period [s], rows of members and of perhaps members, floor, chance."""
+    """A group that was found: period [s], rows of members and of perhaps members, floor."""
 
     period: float
     members: list[int]
     perhaps: list[int]
     floor: float
-    chance: float = 0.0
 
 
 @dataclass
@@ -62,6 +71,8 @@ class GroupSearch:
     rows: list[OscillationRow]
     min_coherence: float
     rng: np.random.Generator
+    linked: NDArray[np.bool_]
+    """Pairs of loops that a connection links."""
     used: set[int] = field(default_factory=set)
 
     def __post_init__(self) -> None:
@@ -79,12 +90,21 @@ class GroupSearch:
 
     def floor(self, envelopes: NDArray, period: float, bin_width: float) -> float:
         """Coherence that of all loops near a period [s] less than one reaches by chance on average [-]."""
-        compared = len(self.near(period, 2.0 * bin_width))
-        quantile = max(0.95, 1.0 - 0.5 / max(1, compared))
-        return max(self.min_coherence, coherence_floor(envelopes, self.rng, quantile=quantile))
+        return max(self.min_coherence, coherence_floor(envelopes, self.rng, quantile=self.quantile(period, bin_width)))
+
+    def quantile(self, period: float, bin_width: float) -> float:
+        """Quantile that of all loops near a period [s] less than one exceeds by chance on average [-]."""
+        return max(0.95, 1.0 - 0.5 / max(1, len(self.near(period, 2.0 * bin_width))))
+
+    def related(self, chosen: Sequence[int], period: float, quantile: float) -> list[list[int]]:
+        """Sets of the chosen rows whose oscillations change together, or whose loops are connected."""
+        changes = changes_of(self.envelopes(chosen, period))
+        loops = [self.rows[k].loop for k in chosen]
+        found = related_loops(changes, quantile, self.linked[np.ix_(loops, loops)])
+        return [[chosen[k] for k in each] for each in found]
 
 
-def search_groups(search: GroupSearch, bin_width: float, max_chance: float) -> list[FoundGroup]:
+def search_groups(search: GroupSearch, bin_width: float) -> list[FoundGroup]:
     """Find all groups.
 
     Parameters
@@ -93,8 +113,6 @@ def search_groups(search: GroupSearch, bin_width: float, max_chance: float) -> l
         The loops and their oscillations.
     bin_width : float
         Largest relative difference of the periods that are compared [-].
-    max_chance : float
-        Largest probability that chance explains a group [-].
 
     Returns
     -------
@@ -103,15 +121,15 @@ def search_groups(search: GroupSearch, bin_width: float, max_chance: float) -> l
     """
     found: list[FoundGroup] = []
     for period, cluster, floor in _clusters(search, bin_width):
-        chosen = [k for k in cluster if k not in search.used]
-        if len({search.rows[k].loop for k in chosen}) < 2:
-            continue
-        members, perhaps = _grow(search, period, chosen, floor, bin_width)
-        search.used |= set(members)
-        found.append(FoundGroup(period, members, perhaps, floor))
-    found = _merge(search, _drop_chance(search, found, max_chance))
-    found = [one for one in found if not _is_harmonic(one, found, search.rows)]
-    return _drop_chance(search, found, max_chance)
+        left = [k for k in cluster if k not in search.used]
+        for chosen in search.related(left, period, search.quantile(period, bin_width)) if len(left) > 1 else ():
+            if len({search.rows[k].loop for k in chosen}) < 2:
+                continue
+            members, perhaps = _grow(search, period, chosen, floor, bin_width)
+            search.used |= set(members)
+            found.append(FoundGroup(period, members, perhaps, floor))
+    found = _merge(search, found, bin_width)
+    return [one for one in found if not _is_harmonic(one, found, search.rows)]
 
 
 def _clusters(search: GroupSearch, bin_width: float) -> list[tuple[float, list[int], float]]:
@@ -149,15 +167,19 @@ def _grow(
     if near:
         envelopes = search.envelopes([*chosen, *near], period)
         common = common_envelope(envelopes[: len(chosen)])
-        for k, coherence in zip(near, np.abs(envelopes[len(chosen) :] @ common.conj()), strict=True):
-            if coherence >= floor and rows[k].loop not in loops:
+        coherence = np.abs(envelopes[len(chosen) :] @ common.conj())
+        coherent = [k for k, each in zip(near, coherence, strict=True) if each >= floor]
+        first = set(chosen)
+        related = [sets[0] for k in coherent if (sets := search.related([*chosen, k], period, GROWTH_QUANTILE))]
+        for k in (k for one in related for k in one if k not in first):
+            if rows[k].loop not in loops:
                 loops.add(rows[k].loop)
                 (members if rows[k].oscillation.regularity > 1.0 else perhaps).append(k)
     return members, perhaps
 
 
-def _merge(search: GroupSearch, found: list[FoundGroup]) -> list[FoundGroup]:
-    """Join groups whose common oscillations cohere at the mean of their periods, the largest groups first."""
+def _merge(search: GroupSearch, found: list[FoundGroup], bin_width: float) -> list[FoundGroup]:
+    """Join groups whose common oscillations cohere and change together at the mean of their periods, largest first."""
     merged: list[FoundGroup] = []
     for one in found:
         for k, other in enumerate(merged):
@@ -165,7 +187,10 @@ def _merge(search: GroupSearch, found: list[FoundGroup]) -> list[FoundGroup]:
                 continue
             period = float(np.sqrt(one.period * other.period))
             commons = [common_envelope(search.envelopes(each.members, period)) for each in (one, other)]
-            if abs(commons[0] @ commons[1].conj()) >= other.floor:
+            loops = [[search.rows[k].loop for k in each.members] for each in (one, other)]
+            related = related_loops(changes_of(np.array(commons)), search.quantile(period, bin_width))
+            is_related = bool(related) or search.linked[np.ix_(*loops)].any()
+            if is_related and abs(commons[0] @ commons[1].conj()) >= other.floor:
                 members = other.members + _of_new_loops(search.rows, one.members, other.members)
                 perhaps = _of_new_loops(search.rows, other.perhaps + one.perhaps, members)
                 merged[k] = FoundGroup(other.period, members, perhaps, other.floor)
@@ -204,24 +229,6 @@ def signal_duration(means: BlockMeans, period: float) -> float:
     clock = means.clock
     dt = signal_at(means, period, "op")[1]
     return dt * (clock.fast_count if clock.fast_count and dt == clock.fast_dt else clock.count)
-
-
-def _drop_chance(search: GroupSearch, found: list[FoundGroup], max_chance: float) -> list[FoundGroup]:
-    """Keep the groups that chance does not explain."""
-    found = [one._replace(chance=_chance(search, one, found)) for one in found]
-    return [one for one in found if one.chance <= max_chance]
-
-
-def _chance(search: GroupSearch, one: FoundGroup, found: list[FoundGroup], *, width: float = 0.2) -> float:
-    """Probability that the loops of a group have the same period by chance; other groups count as one loop each."""
-    from scipy.special import gammainc
-
-    loops = {search.rows[k].loop for k in (*one.members, *one.perhaps)}
-    others = {k: number for number, other in enumerate(found) if other is not one for k in other.members}
-    near = [k for k in search.near(one.period, width) if search.rows[k].oscillation.regular]
-    unrelated = {(k in others, others.get(k, search.rows[k].loop)) for k in near if search.rows[k].loop not in loops}
-    expected = len(unrelated) / (2.0 * width) * 2.0 * one.period / signal_duration(search.means[0], one.period)
-    return float(gammainc(len({search.rows[k].loop for k in one.members}) - 1, expected)) if expected else 0.0
 
 
 def _envelopes(signals: list[tuple[BlockMeans, str]], period: float) -> NDArray:

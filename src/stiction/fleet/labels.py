@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 __all__ = ["LABELS", "Label", "LabelConflictError", "append_label", "newest_labels", "read_labels"]
 
 FILE = "labels.csv"
-LABELS = ("acknowledged", "repaired", "stiction", "not stiction", "note")
-"""What a person can say of a loop; "repaired" counts from the time of the label."""
+LABELS = ("acknowledged", "planned", "done", "rejected", "repaired", "stiction", "not stiction", "note")
+"""What a person can say of a loop; "done" and "repaired" count from the time of the label."""
 NAMES = ["tag", "time", "label", "note", "author"]
 """Columns of the file: the fields of `Label`."""
 

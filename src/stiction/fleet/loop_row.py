@@ -8,7 +8,8 @@ from dataclasses import dataclass, field, fields, replace
 from datetime import timedelta
 from typing import TYPE_CHECKING, Any
 
-from stiction.display.duration_format import format_seconds
+from stiction.display.duration_format import format_duration
+from stiction.display.finding_words import FINDINGS
 from stiction.display.json_form import Result, to_json
 from stiction.display.number_format import format_interval, format_number, format_probability
 from stiction.fleet.loop_oscillations import LoopOscillation
@@ -25,6 +26,8 @@ __all__ = ["FAILED", "NAMES", "RESTING_STATES", "LoopRow"]
 
 FAILED = ("error", "timeout", "crashed")
 """Status of loops that could not be done."""
+SIZED = ("sticks", "probably_sticks", "backlash")
+"""Findings of which S is the size."""
 RESTING_STATES = ("manual", "saturated", "shut_in", "pv_frozen", "bad_data")
 """Loop states in which neither valve nor tuning can be judged."""
 
@@ -52,6 +55,12 @@ class LoopRow(Result, Mapping[str, Any]):
     """Tag of the loop, unique in the audit."""
     area: str = field(default="", metadata=_of("place.area"))
     """Area of the plant."""
+    finding_text: str = ""
+    """The finding in words; of a follower with the source that it oscillates with."""
+    next_step: str = field(default="", metadata=_of("diagnosis.next_step"))
+    """What to do next, in a sentence or two."""
+    finding: str | None = field(default=None, metadata=_of("diagnosis.finding"))
+    """Code of what is said first of the loop, such as `sticks`, `tuning`, `follows` or `cannot_tell`."""
     source: str = field(default="", metadata=_of("place.part.display_name"))
     """File or database."""
     status: str = "screened"
@@ -60,10 +69,6 @@ class LoopRow(Result, Mapping[str, Any]):
     """`stiction`, `no_stiction` or `undecided`."""
     probability: float | None = field(default=None, metadata=_of("diagnosis.probability"))
     """Probability that the valve sticks [-]."""
-    finding: str | None = field(default=None, metadata=_of("diagnosis.finding"))
-    """Code of what is said first of the loop, such as `sticks`, `tuning` or `cannot_tell`."""
-    next_step: str = field(default="", metadata=_of("diagnosis.next_step"))
-    """Cheapest test that decides what is open; empty where nothing is."""
     S_detectable: float | None = field(default=None, metadata=_of("diagnosis.S_detectable"))
     """Smallest S that the record would have shown [% of span]; None where no S would."""
     loop_state: StateName | None = field(default=None, metadata=_of("diagnosis.loop_state.state"))
@@ -89,7 +94,9 @@ class LoopRow(Result, Mapping[str, Any]):
     op_unit: str = field(default="% of span", metadata=_of("diagnosis.record.op_unit"))
     """Unit of OP, S and J."""
     priority: float = 0.0
-    """Severity times confidence times importance [-]."""
+    """Severity times confidence times importance, of the loop and the loops that follow it [-]."""
+    priority_reason: str = ""
+    """The priority in words: what the fault costs, how sure it is, how many loops follow."""
     severity: float = field(default=0.0, metadata=_of("metrics.severity"))
     """How bad the loop is, from 0 to 1 [-]."""
     confidence: float = 0.0
@@ -148,6 +155,8 @@ class LoopRow(Result, Mapping[str, Any]):
     """Number of its group."""
     follows: str | None = None
     """Tag of the likeliest source of the oscillation of its group, where that is another loop."""
+    followers: int = 0
+    """Loops that follow this one [-]."""
 
     def __getitem__(self, key: str) -> Any:
         """Value of a field by its name."""
@@ -176,7 +185,8 @@ class LoopRow(Result, Mapping[str, Any]):
     def text(self, name: str) -> str:
         """Value of a field as every table shows it; empty where it is unknown or says nothing.
 
-        S and J have the digits that their intervals allow, and their unit where it is not % of span.
+        S and J have the digits that their intervals allow, and their unit where it is not % of span; they are empty
+        where neither stiction nor play is found.
 
         Examples
         --------
@@ -187,6 +197,8 @@ class LoopRow(Result, Mapping[str, Any]):
         value = getattr(self, name)
         if value is None or (name == "probability" and not self.in_control):
             return ""
+        if name in ("S", "J") and self.finding not in (*SIZED, None):
+            return ""
         if name == "probability":
             return format_probability(value)
         if name in ("S", "J"):
@@ -194,7 +206,7 @@ class LoopRow(Result, Mapping[str, Any]):
             text = format_interval(value, *(math.nan if end is None else end for end in ends))[0]
             return text if self.op_unit == "% of span" else f"{text} {self.op_unit}"
         if name == "period_s":
-            return format_seconds(value)
+            return format_duration(value)
         if isinstance(value, float):
             return f"{value:.2f}" if name == "priority" else format_number(value)
         return str(value).replace("_", " ")
@@ -208,13 +220,18 @@ class LoopRow(Result, Mapping[str, Any]):
 
     def with_diagnosis(self, diagnosis: Diagnosis) -> LoopRow:
         """Add the diagnosis."""
+        from stiction.diagnosis.loop_state import HEADLINES
+
         state, quality, valve = diagnosis.loop_state, diagnosis.quality, diagnosis.identification
         known = diagnosis.oscillation if diagnosis.oscillation.oscillating else None
         has_size = state.in_control and (diagnosis.verdict != "no_stiction" or diagnosis.finding == "backlash")
         sized = valve if has_size else None
+        said = HEADLINES[state.state] if not state.in_control else FINDINGS[diagnosis.finding]
         lost = sum(one.end_s - one.start_s for one in state.stretches if one.state == "not_in_command")
         return replace(
             self._read_from(diagnosis=diagnosis, oscillation=known, valve=sized),
+            finding_text=said,
+            next_step=diagnosis.next_step or diagnosis.action or "Nothing to do now.",
             status="skipped" if state.state in RESTING_STATES else "diagnosed",
             not_in_command_share=min(1.0, lost / max(diagnosis.record.duration, 1e-9)),
             data_warnings=tuple(check.name for check in (*quality.rejections, *quality.warnings)),

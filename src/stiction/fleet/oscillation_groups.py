@@ -1,4 +1,4 @@
-"""Which loops share an oscillation: common periods, then coherence of the complex envelopes."""
+"""Which loops share an oscillation: common periods, coherence of the complex envelopes, and of their changes."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from stiction.errors import ParameterError, require_count, require_positive, req
 from stiction.fleet.block_means import BlockMeans, common_clock, make_block_means
 from stiction.fleet.coherence import common_envelope
 from stiction.fleet.group import Group, Member
-from stiction.fleet.group_search import GroupSearch, OscillationRow, search_groups, signal_duration
+from stiction.fleet.group_search import GroupSearch, OscillationRow, search_groups
 from stiction.fleet.loop_oscillations import find_loop_oscillations
-from stiction.fleet.root_cause import rank_roots
+from stiction.fleet.root_cause import explain_connection, linked_loops, rank_roots
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -34,7 +34,6 @@ def group_oscillations(
     oscillations: Mapping[str, Sequence[LoopOscillation]] | None = None,
     min_coherence: float = 0.6,
     bin_width: float = 0.04,
-    max_chance: float = 0.2,
     max_blocks: int = 4096,
     seed: int = 0,
 ) -> tuple[Group, ...]:
@@ -56,8 +55,6 @@ def group_oscillations(
         Smallest coherence of the envelopes of two loops in one group [-].
     bin_width : float
         Largest relative difference of the periods that are compared [-].
-    max_chance : float
-        Largest probability that so many unrelated loops have the same period by chance [-]; 1 keeps every group.
     max_blocks : int
         Largest number of block means of a signal [-].
     seed : int
@@ -85,9 +82,11 @@ def group_oscillations(
        period, so that in a large plant less than one exceeds it by chance. Average linkage cuts at the floor.
     4. Groups whose common oscillations cohere at the mean of their periods are one: the period that a loop shows of an
        irregular oscillation differs from loop to loop.
-    5. Groups that chance explains are dropped: with m unrelated oscillations per unit of log T near the period T and a
-       record of length L, lambda = 2 m T / L loops coincide with one loop, and by Poisson's distribution n - 1 or more
-       do so with the probability `Group.chance`.
+    5. Two steady waves of nearly one period cohere although nothing connects them. Therefore the changes of the
+       envelopes from window to window must cohere as well: those of each loop with the common changes of the others of
+       its group, by more than independent noise does with the quantile of the floor. Loops that a path of the
+       connections or a cascade links need not change together. Other regular oscillations within `bin_width` of the
+       period are listed under `Group.similar`: similar periods, connection not shown.
     6. A loop whose own autocorrelation is not regular enough, but whose envelope coheres with a group, is listed under
        `perhaps_also`.
 
@@ -112,10 +111,17 @@ def group_oscillations(
     known = oscillations or {}
     found_of = [known[each.tag] if each.tag in known else find_loop_oscillations(each) for each in means]
     rows = [OscillationRow(k, one) for k, each in enumerate(found_of) for one in each]
-    search = GroupSearch(means, rows, min_coherence, np.random.default_rng(require_seed(seed)))
-    found = search_groups(search, bin_width, max_chance)
     links = [(a, b) for a, b in connections]
-    groups = [_make_group(search, one, verdicts or {}, links, spans or {}) for one in found]
+    linked = linked_loops(means, links)
+    search = GroupSearch(means, rows, min_coherence, np.random.default_rng(require_seed(seed)), linked)
+    found = search_groups(search, bin_width)
+    members = {search.rows[k].loop for one in found for k in (*one.members, *one.perhaps)}
+    groups = []
+    for one in found:
+        near = [search.rows[k] for k in search.near(one.period, bin_width)]
+        similar = dict.fromkeys(row.loop for row in near if row.oscillation.regular and row.loop not in members)
+        tags = tuple(sorted(means[loop].tag for loop in similar))
+        groups.append(_make_group(search, one, tags, verdicts or {}, links, spans or {}))
     return tuple(sorted(groups, key=lambda group: (-len(group.members), group.period)))
 
 
@@ -151,6 +157,7 @@ def _to_block_means(loops: Sequence[LoopRecord | BlockMeans], max_blocks: int) -
 def _make_group(
     search: GroupSearch,
     found: FoundGroup,
+    similar: tuple[str, ...],
     verdicts: Mapping[str, LoopVerdict],
     connections: list[tuple[str, str]],
     spans: Mapping[str, tuple[float, float]],
@@ -161,36 +168,19 @@ def _make_group(
     period = float(np.median([row.period for row in chosen]))
     envelopes = search.envelopes(found.members, period)
     along = envelopes @ common_envelope(envelopes).conj()
+    roots = rank_roots(
+        [means[row.loop] for row in chosen], period, verdicts=verdicts, connections=connections, spans=spans
+    )
+    source = next(means[row.loop] for row in chosen if means[row.loop].tag == roots[0].tag)
     members = [
         Member(
             means[row.loop].tag, row.period, row.oscillation.regularity, row.oscillation.signal,
             min(1.0, float(abs(part))), float(np.degrees(np.angle(part))),
+            explain_connection(source, means[row.loop], connections),
         )
         for row, part in zip(chosen, along, strict=True)
     ]  # fmt: skip
-    roots = rank_roots(
-        [means[row.loop] for row in chosen], period, verdicts=verdicts, connections=connections, spans=spans
-    )
     order = {root.tag: k for k, root in enumerate(roots)}
     members.sort(key=lambda member: order[member.tag])
     perhaps = tuple(means[rows[k].loop].tag for k in found.perhaps)
-    duration = signal_duration(means[0], period)
-    around = [rows[k] for k in search.near(period, min(1.0, period / duration))]
-    near = [row.period for row in around if row.oscillation.regular and means[row.loop].tag not in order]
-    remark = _remark(period, duration, near)
-    return Group(period, tuple(members), perhaps, roots, found.floor, period**2 / duration, found.chance, remark)
-
-
-def _remark(period: float, duration: float, near: list[float]) -> str:
-    """Say which other periods the record is too short to tell from the one of the group."""
-    resolution = period**2 / duration
-    close = sorted((p for p in near if abs(p - period) < resolution), key=lambda p: abs(p - period))
-    if not close:
-        return ""
-    difference = max(abs(close[0] - period), 1e-3 * period)
-    return (
-        f"{len(close)} more oscillation{'s' if len(close) > 1 else ''} with a period within {resolution:.3g} s of this "
-        f"one cannot be separated from it: periods {difference:.2g} s apart need "
-        f"{period**2 / difference / 3600.0:.3g} h of "
-        f"data, the record has {duration / 3600.0:.3g} h."
-    )
+    return Group(period, tuple(members), perhaps, roots, found.floor, similar)

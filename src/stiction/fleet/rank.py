@@ -1,10 +1,11 @@
-"""The order in which loops deserve attention."""
+"""The order in which loops deserve attention, and what their groups say of them."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from stiction.display.number_format import count_noun, format_number, format_probability
 from stiction.fleet.loop_metrics import compute_priority
 from stiction.fleet.loop_row import RESTING_STATES
 
@@ -62,32 +63,88 @@ def rank_rows(rows: Iterable[LoopRow]) -> list[LoopRow]:
 
 
 def rank_members(rows: Iterable[LoopRow], groups: Iterable[dict[str, Any]]) -> list[LoopRow]:
-    """Add the group to each row, and lower the priority of members that follow the source of their group.
+    """Say in each row what its group means for it, and give the priority of followers to their source.
 
     Notes
     -----
-    What a loop shows of an oscillation that comes from another loop is no fault of its own. The confidence of a member
-    that is none of the leading roots is multiplied by its probability of being the source over the largest one, and
-    `follows` names the likeliest source. A verdict "stiction" keeps its confidence: a group may have a second sticky
-    valve.
+    What a loop shows of an oscillation that comes from another loop is no fault of its own. A member that is none of
+    the leading roots, and whose valve is not called sticky, follows: its finding is `follows`, its next step is to look
+    again after the source was repaired, and its confidence is multiplied by its probability of being the source over
+    the largest one. Its severity counts for the leading roots, by their probability of being the source. Where two
+    roots lead, a test decides between them before anything is changed.
 
     Examples
     --------
     >>> from stiction.fleet.loop_row import LoopRow
     >>> roots = [{"tag": "FIC-1", "probability": 0.9}, {"tag": "FIC-2", "probability": 0.09}]
     >>> group = {"number": 1, "leading_roots": ["FIC-1"], "roots": roots}
-    >>> [row] = rank_members([LoopRow("FIC-2", verdict="no_stiction", confidence=0.8, priority=0.4)], [group])
-    >>> row.follows, row.group, round(row.priority, 3)
-    ('FIC-1', 1, 0.04)
+    >>> rows = [LoopRow(tag, severity=0.5, confidence=0.8, priority=0.4) for tag in ("FIC-1", "FIC-2")]
+    >>> source, follower = rank_members(rows, [group])
+    >>> follower.finding_text, follower.next_step, round(follower.priority, 2)
+    ('Oscillates with FIC-1', 'Look again after FIC-1 was put right.', 0.04)
+    >>> source.followers, round(source.priority, 2)
+    (1, 0.76)
     """
-    places = {root["tag"]: (group, root["probability"]) for group in groups for root in group["roots"]}
-    ranked = []
-    for row in rows:
-        group, probability = places.get(row.tag, (None, 0.0))
-        row = replace(row, group=group and group["number"], follows=None)
-        if group and row.tag not in group["leading_roots"] and row.verdict != "stiction":
-            source = group["roots"][0]
-            share = probability / source["probability"]
-            row = replace(row, confidence=share * row.confidence, priority=share * row.priority, follows=source["tag"])
-        ranked.append(row)
-    return ranked
+    rows, of_tag = list(rows), {root["tag"]: group for group in groups for root in group["roots"]}
+    ranked = {row.tag: replace(row, group=None, follows=None, followers=0) for row in rows}
+    for group in {id(group): group for group in of_tag.values()}.values():
+        _rank_group(ranked, group)
+    return [replace(row, priority_reason=_explain_priority(row)) for row in ranked.values()]
+
+
+def _rank_group(rows: dict[str, LoopRow], group: dict[str, Any]) -> None:
+    """Change the rows of the members of one group."""
+    probability = {root["tag"]: root["probability"] for root in group["roots"] if root["tag"] in rows}
+    leading = [tag for tag in group["leading_roots"] if tag in rows]
+    if not leading:
+        return
+    moved, followers, first = 0.0, 0, leading[0]
+    for tag, share in probability.items():
+        row = replace(rows[tag], group=group["number"])
+        if tag not in leading and row.verdict != "stiction":
+            share /= probability[first]
+            moved += (1.0 - share) * row.severity * row.importance
+            followers += 1
+            names = " or ".join(leading)
+            step = f"Look again after {names} was put right."
+            row = replace(
+                row, confidence=share * row.confidence, priority=share * row.priority, follows=first,
+                finding="follows", finding_text=f"Oscillates with {names}", next_step=step, action=step,
+            )  # fmt: skip
+        rows[tag] = row
+    total = sum(probability[tag] for tag in leading)
+    for tag in leading:
+        row = rows[tag]
+        more = row.confidence * moved * probability[tag] / total
+        row = replace(row, followers=followers, priority=row.priority + more)
+        if len(leading) > 1 and row.verdict != "stiction":
+            [other] = [name for name in leading if name != tag][:1]
+            step = _explain_test(tag, other)
+            row = replace(row, finding_text=f"Oscillates with {other}; one of the two is the source", next_step=step,
+                          action=step)  # fmt: skip
+        rows[tag] = row
+
+
+def _explain_test(tag: str, other: str) -> str:
+    """The test that tells which of two loops is the source."""
+    return f"Put {tag} in manual for three periods: if {other} goes on swinging, {other} is the source, else {tag} is."
+
+
+def _explain_priority(row: LoopRow) -> str:
+    """What the fault costs, how sure it is, and how many loops follow, in a sentence."""
+    if not is_judged(row):
+        return "Not judged."
+    costs = []
+    if row.variability is not None:
+        costs.append(f"the control error has a standard deviation of {format_number(row.variability, '% of span', 2)}")
+    if row.reversals_per_day:
+        costs.append(f"OP reverses {format_number(row.reversals_per_day, '', 2)} times a day")
+    if row.saturated_share:
+        costs.append(f"OP is at a limit {100.0 * row.saturated_share:.0f} % of the time")
+    text = " and ".join(costs) or f"severity {format_number(row.severity, '', 2)}"
+    if row.follows:
+        return f"{text[0].upper()}{text[1:]}; that is counted for {row.follows}, which it follows."
+    sure = f"probability that the fault is in this loop {format_probability(row.confidence)}"
+    many = f"; {count_noun(row.followers, 'loop follows', 'loops follow')}" if row.followers else ""
+    weight = f"; importance {row.importance:g}" if row.importance != 1.0 else ""
+    return f"{text[0].upper()}{text[1:]}; {sure}{many}{weight}."

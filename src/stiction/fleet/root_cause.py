@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from stiction.display.duration_format import format_duration
+from stiction.display.number_format import format_number, format_probability
 from stiction.errors import ParameterError
 from stiction.fleet.group import RootCandidate, RootEvidence
 from stiction.fleet.loop_oscillations import signal_at
@@ -19,7 +22,7 @@ if TYPE_CHECKING:
 
     from stiction.fleet.block_means import BlockMeans
 
-__all__ = ["DEFAULT_WEIGHTS", "LoopVerdict", "RootWeights", "rank_roots"]
+__all__ = ["DEFAULT_WEIGHTS", "LoopVerdict", "RootWeights", "explain_connection", "linked_loops", "rank_roots"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,13 +76,12 @@ DEFAULT_WEIGHTS = RootWeights()
 
 
 class _Finding(NamedTuple):
-    """One finding of all loops: value, value on the scale of its weight, weight, and the words for one loop."""
+    """One finding of all loops: value, value on the scale of its weight, and weight."""
 
     name: str
     values: NDArray[np.float64]
     scaled: NDArray[np.float64]
     weight: float
-    text: str
 
 
 def rank_roots(
@@ -144,7 +146,7 @@ def rank_roots(
         added = np.clip(finding.weight * about, -weights.limit, weights.limit)
         for k in np.flatnonzero(known):
             value = float(finding.values[k])
-            parts[k].append(RootEvidence(finding.name, value, float(added[k]), _text(finding, value)))
+            parts[k].append(RootEvidence(finding.name, value, float(added[k]), _text(finding.name, value)))
     scores = np.array([sum(part.log_odds for part in each) for each in parts])
     odds = np.exp(scores - scores.max())
     probability, scores = odds / odds.sum(), scores - scores.mean()
@@ -175,25 +177,36 @@ def _findings(
     amplitude, share, index = columns["amplitude"], columns["share"], columns["nonlinearity"]
     harmonics = columns["harmonics"]
     return [
-        _Finding("verdict", own, own, weights.verdict, "own verdict, log odds {:.1f}"),
-        _Finding("arrival", delay, -delay, weights.arrival, "oscillates {:.2f} periods"),
-        _Finding("amplitude", amplitude, _decades(amplitude, 0.01), weights.amplitude, "amplitude {:.2g} % of span"),
-        _Finding("share", share, _decades(share, 1e-3), weights.share, "{:.0%} of the variance of OP"),
-        _Finding("nonlinearity", index, np.clip(index, -1.0, 3.0), weights.nonlinearity, "nonlinearity N {:.1f}"),
-        _Finding("harmonics", harmonics, _decades(harmonics, 1e-3), weights.harmonics, "odd harmonics {:.1%}"),
-        _Finding("cascade", cascade, cascade, weights.cascade, "loop of a cascade"),
-        _Finding("reach", reach, reach, weights.reach, "connected to {:.0%} of the group"),
+        _Finding("verdict", own, own, weights.verdict),
+        _Finding("arrival", delay * period, -delay, weights.arrival),
+        _Finding("amplitude", amplitude, _decades(amplitude, 0.01), weights.amplitude),
+        _Finding("share", share, _decades(share, 1e-3), weights.share),
+        _Finding("nonlinearity", index, np.clip(index, -1.0, 3.0), weights.nonlinearity),
+        _Finding("harmonics", harmonics, _decades(harmonics, 1e-3), weights.harmonics),
+        _Finding("cascade", cascade, cascade, weights.cascade),
+        _Finding("reach", reach, reach, weights.reach),
     ]
 
 
-def _text(finding: _Finding, value: float) -> str:
-    """Words for one loop."""
-    if finding.name == "arrival":
-        return f"{finding.text.format(abs(value))} {'before' if value < 0.0 else 'after'} the mean of the group"
-    if finding.name == "cascade":
-        role = {1.0: "secondary", -1.0: "primary", 0.0: "not a"}[value]
-        return f"{role} {finding.text}"
-    return finding.text.format(value)
+def _text(name: str, value: float) -> str:
+    """Sentence for one loop."""
+    if name == "verdict":
+        chance = format_probability(1.0 / (1.0 + math.exp(-value)))
+        return f"Its own record shows a fault of valve or tuning with probability {chance}."
+    if name == "arrival":
+        when = "earlier" if value < 0.0 else "later"
+        return f"Changes of the swing come {format_duration(abs(value))} {when} here than on average in the group."
+    if name == "amplitude":
+        return f"It swings by {format_number(value, '% of span', 2)}."
+    if name == "share":
+        return f"The oscillation is {100.0 * value:.0f} % of the variance of its OP."
+    if name == "nonlinearity":
+        return f"Its wave is {'bent like that of a sticky valve' if value > 1.0 else 'close to a smooth one'}."
+    if name == "harmonics":
+        return f"Its wave has corners: {format_number(100.0 * value, '%', 2)} of its power is in odd harmonics."
+    if name == "cascade":
+        return f"It is {({1.0: 'a secondary loop', -1.0: 'a primary loop', 0.0: 'no part'})[value]} of a cascade."
+    return f"The connections lead from it to {100.0 * value:.0f} % of the other loops."
 
 
 def _measure(one: BlockMeans, period: float, span: tuple[float, float] | None) -> dict[str, float]:
@@ -222,22 +235,81 @@ def _decades(x: NDArray[np.float64], smallest: float) -> NDArray[np.float64]:
     return np.log10(np.maximum(x, smallest))
 
 
+def linked_loops(loops: Sequence[BlockMeans], connections: Iterable[tuple[str, str]]) -> NDArray[np.bool_]:
+    """Find the pairs of loops between which a path of connections leads, either way, or which make a cascade.
+
+    Parameters
+    ----------
+    loops : sequence of BlockMeans
+        The loops.
+    connections : iterable of (str, str)
+        Tags (from, to) of connected loops; other loops may lie between two of `loops`.
+
+    Returns
+    -------
+    ndarray of bool, shape (n_loops, n_loops)
+        Whether each pair is linked.
+    """
+    place = {one.tag: k for k, one in enumerate(loops)}
+    following = _following(connections)
+    linked = np.zeros((len(loops), len(loops)), dtype=bool)
+    for k, one in enumerate(loops):
+        reached = [place[tag] for tag in _reached(one.tag, following) if tag in place]
+        linked[k, [*reached, *([place[one.secondary_tag]] if one.secondary_tag in place else [])]] = True
+    return linked | linked.T
+
+
+def explain_connection(source: BlockMeans, loop: BlockMeans, connections: Iterable[tuple[str, str]]) -> str:
+    """Say how the oscillation of a source comes to another loop; empty of the source itself.
+
+    Examples
+    --------
+    >>> from types import SimpleNamespace
+    >>> pic, tic, lic = (SimpleNamespace(tag=tag, secondary_tag="") for tag in ("PIC-1", "TIC-2", "LIC-3"))
+    >>> links = [("PIC-1", "TIC-2"), ("TIC-2", "LIC-3")]
+    >>> explain_connection(pic, tic, links), explain_connection(pic, lic, links), explain_connection(lic, pic, links)
+    ('connected to it', 'through TIC-2', 'swings change together; no connection is listed')
+    """
+    if source.tag == loop.tag:
+        return ""
+    if loop.tag == source.secondary_tag or source.tag == loop.secondary_tag:
+        return "cascade with it"
+    following = _following(connections)
+    paths: list[tuple[str, ...]] = [(source.tag,)]
+    seen = {source.tag}
+    for path in paths:
+        for tag in sorted(following.get(path[-1], set()) - seen):
+            if tag == loop.tag:
+                return f"through {', '.join(path[1:])}" if len(path) > 1 else "connected to it"
+            seen.add(tag)
+            paths.append((*path, tag))
+    return "swings change together; no connection is listed"
+
+
+def _following(connections: Iterable[tuple[str, str]]) -> dict[str, set[str]]:
+    following: dict[str, set[str]] = {}
+    for start, end in connections:
+        following.setdefault(start, set()).add(end)
+    return following
+
+
+def _reached(tag: str, following: dict[str, set[str]]) -> set[str]:
+    """Tags that the connections lead to from one tag."""
+    seen, waiting = {tag}, [tag]
+    while waiting:
+        new = following.get(waiting.pop(), set()) - seen
+        seen |= new
+        waiting += new
+    return seen - {tag}
+
+
 def _topology(
     members: Sequence[BlockMeans], connections: list[tuple[str, str]]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Share of the other members that each one reaches; +1 of a secondary, -1 of a primary with both in the group."""
     tags = {one.tag for one in members}
-    following: dict[str, set[str]] = {}
-    for start, end in connections:
-        following.setdefault(start, set()).add(end)
-    reach, cascade = np.zeros(len(members)), np.zeros(len(members))
+    following = _following(connections)
     secondary = {one.secondary_tag for one in members}
-    for k, one in enumerate(members):
-        seen, waiting = {one.tag}, [one.tag]
-        while waiting:
-            new = following.get(waiting.pop(), set()) - seen
-            seen |= new
-            waiting += new
-        reach[k] = len(seen & tags - {one.tag}) / max(1, len(members) - 1)
-        cascade[k] = float(one.tag in secondary) - float(one.secondary_tag in tags)
+    reach = np.array([len(_reached(one.tag, following) & tags) / max(1, len(members) - 1) for one in members])
+    cascade = np.array([float(one.tag in secondary) - float(one.secondary_tag in tags) for one in members])
     return reach if connections else np.full(len(members), np.nan), cascade

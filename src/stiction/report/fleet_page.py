@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stiction.display.finding_words import finding_level
 from stiction.fleet.compare import confirmed_share, has_finding
 from stiction.fleet.loop_oscillations import signal_at
 from stiction.records.atomic_write import write_atomically
@@ -69,6 +70,7 @@ def write_audit_page(
             data=Markup(_table_json(audit, labels)),
             receipt=_data_problems(audit),
             changes=changes,
+            worklist=(audit.folder / "worklist" / "index.html").is_file(),
             confirmed=confirmed_share(audit),
             style=Markup(_asset("page.css") + _asset("fleet.css")),
             script=Markup(script),
@@ -148,9 +150,10 @@ def _draw_group(audit: Audit, group: dict[str, Any]) -> dict[str, Any]:
 
 
 COLUMNS = (
-    *("tag", "area", "status", "verdict", "probability", "loop_state", "oscillation_cause", "S", "period_s"),
-    *("severity", "priority", "group", "follows", "reason", "action", "importance", "confidence", "reversals_per_day"),
-    *("valve_travel_per_day", "saturated_share", "manual_share", "variability"),
+    *("tag", "area", "finding_text", "next_step", "S", "period_s", "priority", "priority_reason"),
+    *("finding", "status", "verdict", "probability", "loop_state", "oscillation_cause", "group", "followers", "reason"),
+    *("severity", "confidence", "importance", "reversals_per_day", "valve_travel_per_day", "saturated_share"),
+    *("manual_share", "variability"),
 )
 """Columns of the table and of the details of a loop."""
 NUMBERS = ("probability", "S", "period_s", "severity", "priority", "importance", "confidence", *COLUMNS[-5:])
@@ -165,11 +168,13 @@ def _table_json(audit: Audit, labels: dict[str, Any]) -> str:
         label = labels.get(row.tag)
         number = str(audit.signal_parts[row.tag][0])
         values = [row[name] for name in COLUMNS]
-        texts = {name: row.text(name) for name in NUMBERS}
+        texts = {name: row.text(name) for name in NUMBERS} | {"level": finding_level(row.finding)}
         rows.append(
             [*values, f"{label.label}: {label.note}" if label else "", number if number in pages else "", texts]
         )
-    text = json.dumps({"columns": [*COLUMNS, "label", "page"], "rows": rows}, separators=(",", ":"), allow_nan=False)
+    in_percent = all(row.op_unit == "% of span" for row in audit.rows)
+    table = {"columns": [*COLUMNS, "label", "page"], "rows": rows, "S_title": "S [%]" if in_percent else "S"}
+    text = json.dumps(table, separators=(",", ":"), allow_nan=False)
     return text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e")
 
 

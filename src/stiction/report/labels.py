@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from stiction.diagnosis.identification.result import MAX_PLAY_RATIO
 from stiction.diagnosis.loop_state import HEADLINES
 from stiction.display.duration_format import format_duration, format_time, time_unit
+from stiction.display.finding_words import FINDINGS
 from stiction.display.number_format import count_noun, format_interval, format_number, format_probability
 
 if TYPE_CHECKING:
@@ -58,22 +59,6 @@ VERDICT_LINES = {
     "undecided": "Cannot tell whether the valve sticks",
 }
 """Verdict of a row without a finding -> its line at the head of a page."""
-FINDINGS = {
-    "sticks": "Valve stiction",
-    "probably_sticks": "Probably valve stiction",
-    "backlash": "Play in the valve",
-    "tuning": "Controller tuning",
-    "follows": "Follows its moving set point",
-    "external": "Load from outside the loop",
-    "set_point": "Moving set point",
-    "rate_limit": "Rate limit of OP",
-    "dead_zone": "Dead zone at a fixed OP",
-    "sensor": "PV sensor",
-    "cause_unknown": "The cause is not in this record",
-    "cannot_tell": "Cannot tell whether the valve sticks",
-    "nothing_found": "No valve stiction found",
-}
-"""Finding of a loop in control -> its line at the head of a page."""
 VERDICT_ICONS: dict[str, StatusIcon] = {"stiction": "alert", "no_stiction": "good", "undecided": "unknown"}
 """Verdict -> its icon."""
 CAUSES = {

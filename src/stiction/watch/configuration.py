@@ -18,6 +18,9 @@ __all__ = ["AlarmSettings", "ChannelSettings", "MetricsSettings", "SourceSetting
 ALARM_FINDINGS = ("sticks", "probably_sticks", "backlash", "valve_not_responding", "tuning", "sensor")
 """Findings that someone can act on."""
 
+MIN_WINDOW_S = 10.0
+"""Shortest window [s]; a loop needs hours, but a trial does not."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class SourceSettings:
@@ -208,8 +211,9 @@ class WatchConfig:
             raise ParameterError(f"address = {sorted(twice)[0]!r} stands in two sources; delete one.")
         for name in ("window", "wait", "keep"):
             _seconds(name, getattr(self, name))
-        if self.window_s < 60.0:
-            raise ParameterError(f"window = {self.window!r} is shorter than 1m; give a longer one, such as 4h.")
+        if self.window_s < MIN_WINDOW_S:
+            least = f"{MIN_WINDOW_S:g}s"
+            raise ParameterError(f"window = {self.window!r} is shorter than {least}; give a longer one, such as 4h.")
         _require_whole("workers", self.workers, 0)
         if not 0.0 < self.prior < 1.0:
             raise ParameterError(f"prior = {self.prior:g} is no share; give a number between 0 and 1.")

@@ -138,8 +138,11 @@ class _SampledTags:
         """Not asked for: the tags are known."""
         raise NotImplementedError
 
-    def read(self, tags: Sequence[HistorianTag], *_: datetime) -> dict[str, TagHistory | StictionError]:
+    def read(
+        self, tags: Sequence[HistorianTag], since: datetime, until: datetime
+    ) -> dict[str, TagHistory | StictionError]:
         """Samples of tags; each begins with the value that stood before the window, where there is one."""
+        del since, until  # the samples are those of one window
         return {tag.name: self._history(self.numbers[tag.name]) for tag in tags}
 
     def _history(self, number: int) -> TagHistory:

@@ -137,17 +137,7 @@ def _describe_group(audit: Audit, rows: dict[str, LoopRow], group: dict[str, Any
         if one["tag"] in rows
     ]
     drawn = _draw_members(audit, members[:MAX_GROUP_TRENDS], group["period_s"])
-    names = (
-        "number",
-        "period_s",
-        "roots",
-        "leading_roots",
-        "perhaps_also",
-        "remark",
-        "summary",
-        "resolution_s",
-        "chance",
-    )
+    names = ("number", "period_s", "roots", "leading_roots", "perhaps_also", "similar", "summary")
     return {**{name: group.get(name) for name in names}, "members": members, **drawn}
 
 

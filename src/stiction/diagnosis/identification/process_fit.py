@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stiction.diagnosis.identification.result import ProcessFit
+from stiction.diagnosis.identification.simplex_search import simplex_search
 from stiction.diagnosis.identification.stems import first_order_lags, process_products
 from stiction.records.fast_length import next_fast_length
 
@@ -71,8 +72,6 @@ def fit_process(
     >>> round(found.gain, 2), round(found.slow, 1), round(found.dead_time, 1)
     (2.0, 8.0, 3.0)
     """
-    from scipy.optimize import minimize
-
     target = remove_local_mean(pv, period)
     u = remove_local_mean(position, period)
     scale = 36.0 if period is None else period
@@ -104,11 +103,8 @@ def fit_process(
     a, b = pairs[best]
     start = np.array([0.0 if integrates else np.log(a), b / (scale if integrates else a), float(delay[best])])
     steps = np.array([[0.0, 0.0, 0.0], [0.3, 0.0, 0.0], [0.0, 0.25, 0.0], [0.0, 0.0, 1.5]])
-    found = minimize(
-        lambda x: of(x).error, start, method="Nelder-Mead",
-        options={"initial_simplex": start + steps, "maxfev": 50, "xatol": 1e-3, "fatol": 1e-6},
-    )  # fmt: skip
-    return of(found.x)
+    point, _ = simplex_search(lambda x: of(x).error, start + steps, 50, 1e-3, 1e-6)
+    return of(point)
 
 
 def _lagged(u: NDArray[np.float64], slow: float, fast: float) -> NDArray[np.float64]:

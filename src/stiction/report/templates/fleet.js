@@ -1,29 +1,35 @@
 "use strict";
 (() => {
-  const ROW = 30;
-  const { columns, rows } = JSON.parse(document.getElementById("data-rows").textContent);
+  const narrow = matchMedia("(max-width: 700px)");
+  const rowHeight = () => (narrow.matches ? 190 : 64);
+  const { columns, rows, S_title } = JSON.parse(document.getElementById("data-rows").textContent);
   const at = Object.fromEntries(columns.map((name, k) => [name, k]));
   const SHOWN = [
-    ["tag", "Loop", "16%"], ["area", "Area", "9%"], ["verdict", "Verdict", "13%"], ["probability", "Probability", "9%"],
-    ["loop_state", "State", "11%"], ["oscillation_cause", "Cause", "9%"], ["S", "S [%]", "7%"],
-    ["period_s", "Period", "9%"], ["group", "Group", "6%"], ["priority", "Priority", "8%"], ["label", "Note", "10%"],
+    ["tag", "Loop", "15%"], ["area", "Area", "8%"], ["finding_text", "Finding", "18%"], ["next_step", "Next step", "32%"],
+    ["S", S_title, "6%"], ["period_s", "Period", "7%"], ["priority", "Priority", "6%"], ["label", "Note", "8%"],
   ];
-  const NUMBERS = new Set(["probability", "S", "period_s", "group", "priority"]);
-  const WORDS = { stiction: "▲ stiction", undecided: "? cannot tell", no_stiction: "● no stiction" };
-  const [scroll, head, body, find, verdict, shown] = ["scroll", "head", "body", "find", "verdict", "shown"].map((id) =>
+  const TITLES = {
+    area: "Area", finding_text: "Finding", next_step: "Next step", S: S_title, period_s: "Period", priority: "Priority",
+    priority_reason: "Why this priority", reason: "Why", label: "Note",
+  };
+  const NUMBERS = new Set(["S", "period_s", "priority"]);
+  const SIGNS = { alert: "▲ ", unknown: "? ", good: "● ", plain: "" };
+  const LEVELS = { alert: 0, unknown: 1, plain: 2, good: 3 };
+  const [scroll, head, body, find, level, shown] = ["scroll", "head", "body", "find", "level", "shown"].map((id) =>
     document.getElementById(id),
   );
   const texts = rows.map((row) =>
-    ["tag", "area", "status", "loop_state", "oscillation_cause", "label", "reason"].map((name) => row[at[name]]).join(" ").toLowerCase(),
+    ["tag", "area", "finding_text", "next_step", "status", "loop_state", "oscillation_cause", "label", "reason"].map((name) => row[at[name]]).join(" ").toLowerCase(),
   );
   let order = rows.map((_, k) => k);
   let sorted = { name: "priority", down: true };
   let filtered = order;
 
   const plain = (value) => (value === null || value === "" ? "–" : String(value).replaceAll("_", " "));
-  const verdictText = (row) => (row[at.status] === "diagnosed" ? WORDS[row[at.verdict]] : plain(row[at.status]));
+  const levelOf = (row) => row[columns.length].level;
+  const isDone = (row) => row[at.finding_text] !== "";
   function cellText(row, name) {
-    if (name === "verdict") return verdictText(row);
+    if (name === "finding_text") return isDone(row) ? SIGNS[levelOf(row)] + row[at.finding_text] : plain(row[at.status]);
     return plain(row[columns.length][name] ?? row[at[name]]);
   }
 
@@ -33,7 +39,7 @@
     const sign = sorted.down ? -1 : 1;
     const empty = (value) => value === null || value === "";
     const compare = new Intl.Collator(undefined, { numeric: true }).compare;
-    const keys = rows.map((row) => row[k]);
+    const keys = rows.map((row) => (name === "finding_text" ? (isDone(row) ? LEVELS[levelOf(row)] : 4) : row[k]));
     order = rows.map((_, i) => i).sort((a, b) => {
       const [x, y] = [keys[a], keys[b]];
       if (empty(x) || empty(y)) return empty(x) - empty(y) || a - b;
@@ -45,7 +51,7 @@
   function filter() {
     const words = find.value.toLowerCase().split(/\s+/).filter(Boolean);
     filtered = order.filter((k) => {
-      if (verdict.value && !(rows[k][at.status] === "diagnosed" && rows[k][at.verdict] === verdict.value)) return false;
+      if (level.value && !(isDone(rows[k]) && levelOf(rows[k]) === level.value)) return false;
       return words.every((word) => texts[k].includes(word));
     });
     shown.textContent = `${filtered.length} of ${rows.length} loops`;
@@ -91,8 +97,8 @@
   }
 
   function draw() {
-    const first = Math.max(0, Math.floor(scroll.scrollTop / ROW) - 8);
-    const last = Math.min(filtered.length, first + Math.ceil(scroll.clientHeight / ROW) + 16);
+    const first = Math.max(0, Math.floor(scroll.scrollTop / rowHeight()) - 8);
+    const last = Math.min(filtered.length, first + Math.ceil(scroll.clientHeight / rowHeight()) + 16);
     const drawn = filtered.slice(first, last).map((k, i) => {
       const row = document.createElement("tr");
       row.className = "row";
@@ -101,29 +107,38 @@
       row.setAttribute("aria-rowindex", first + i + 2);
       for (const [name] of SHOWN) {
         const cell = row.insertCell();
-        cell.textContent = cellText(rows[k], name);
-        cell.className = NUMBERS.has(name) ? "number" : "";
-        if (name === "verdict" && rows[k][at.status] === "diagnosed" && rows[k][at.verdict] === "stiction") cell.className = "stiction";
-        if (name === "tag" || name === "label") cell.title = cell.textContent;
+        const text = document.createElement("div");
+        text.className = "cell-text";
+        text.textContent = cellText(rows[k], name);
+        cell.append(text);
+        cell.className = `${NUMBERS.has(name) ? "number " : ""}${name}${name === "finding_text" ? ` ${levelOf(rows[k])}` : ""}`;
+        cell.dataset.head = SHOWN.find((one) => one[0] === name)[1];
+        if (text.textContent === "–") cell.dataset.empty = "";
+        if (name === "priority") cell.title = rows[k][at.priority_reason];
+        else cell.title = text.textContent;
       }
       return row;
     });
-    body.replaceChildren(space(first * ROW), ...drawn, space((filtered.length - last) * ROW));
+    body.replaceChildren(space(first * rowHeight()), ...drawn, space((filtered.length - last) * rowHeight()));
   }
 
   function open(k) {
     const row = rows[k];
     document.getElementById("details-title").textContent = row[at.tag];
-    const list = document.createElement("dl");
+    const [list, more] = [document.createElement("dl"), document.createElement("dl")];
     for (const name of columns) {
-      if (name === "tag" || name === "page") continue;
+      if (["tag", "page", "finding"].includes(name)) continue;
       const term = document.createElement("dt");
       const value = document.createElement("dd");
-      term.textContent = name.replaceAll("_", " ");
+      term.textContent = TITLES[name] ?? name.replaceAll("_", " ");
       value.textContent = plain(row[columns.length][name] ?? row[at[name]]);
-      list.append(term, value);
+      (name in TITLES ? list : more).append(term, value);
     }
-    const parts = [list];
+    const fold = document.createElement("details");
+    const summary = document.createElement("summary");
+    summary.textContent = "All numbers";
+    fold.append(summary, more);
+    const parts = [list, fold];
     if (row[at.page]) {
       const link = document.createElement("a");
       link.href = `loops/${row[at.page]}.html`;
@@ -156,6 +171,6 @@
     });
   });
   find.addEventListener("input", filter);
-  verdict.addEventListener("change", filter);
+  level.addEventListener("change", filter);
   filter();
 })();

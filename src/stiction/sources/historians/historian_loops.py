@@ -92,7 +92,7 @@ def make_loops(
         When the tags make no loop.
     """
     since, until = span
-    block = _TagBlocks(client, since, until)
+    block = _TagBlocks(client, *span)
     note = f"Values from {since:%Y-%m-%d %H:%M:%S} to {until:%Y-%m-%d %H:%M:%S} UTC were read from {source}."
     table = RawTable(Origin(source, tags[0].name), [], [], 0, _no_rows, notes=[note])
     columns = [block.column(tag, table) for tag in tags]
@@ -100,9 +100,8 @@ def make_loops(
     known = {id(column): tag for column, tag in zip(columns, tags, strict=True)}
     for loop in loops:
         for role, column in loop.roles.items():
-            span = known[id(column)].span
-            if span is not None:
-                loop.spans.setdefault(role, span)
+            if (limits := known[id(column)].span) is not None:
+                loop.spans.setdefault(role, limits)
     of_loops = [[known[id(column)] for column in loop.roles.values()] for loop in loops]
     block.required = {loop.roles[role].name for loop in loops for role in ("op", "pv", "mv") if role in loop.roles}
     block.blocks = [

@@ -1,7 +1,7 @@
 // Compare: what is new, worse, same, better and gone since another audit.
 
 import { getJson } from "./api.js";
-import { VERDICTS, chip } from "./chips.js";
+import { chip } from "./chips.js";
 import { clockTime, h, number, svg } from "./dom.js";
 import { setChoice } from "./set_choice.js";
 
@@ -26,10 +26,11 @@ export async function render(root, { parts, signal }) {
   const count = (change) => rows.filter((row) => row.change === change).length;
   const filter = h("select", { "aria-label": "Change" }, h("option", { value: "" }, "All changes"), Object.entries(CHANGES).map(([name, [, word]]) => h("option", { value: name }, word)));
   const body = h("tbody", {});
-  const draw = () => body.replaceChildren(...rows.filter((row) => !filter.value || row.change === filter.value).slice(0, SHOWN).map((row) => line(row, current.id)));
+  const largest = 1.05 * Math.max(1e-9, ...rows.flatMap((row) => [row.S, row.S_high, row.S_before, row.S_high_before]).filter(Number.isFinite));
+  const draw = () => body.replaceChildren(...rows.filter((row) => !filter.value || row.change === filter.value).slice(0, SHOWN).map((row) => line(row, current.id, largest)));
   filter.addEventListener("change", draw);
   draw();
-  const heads = ["Loop", "Change", "Why", "Before", "Now", "S before", "S now", "S with its 95 % interval", "Priority before", "Priority now"];
+  const heads = ["Loop", "Change", "Why", "Before", "Now", "S before", "S now", `S with its 95 % interval, 0 to ${number(largest, "%")}`, "Priority before", "Priority now"];
   root.append(
     h("p", { class: "lead" }, Object.entries(CHANGES).map(([name, [, word]]) => `${count(name)} ${word.toLowerCase()}`).join(", ") + "."),
     h("p", { class: "note" }, `Audit of ${day(started)} against the one of ${day(before)}. Loops without a finding in both are not listed.`),
@@ -41,22 +42,19 @@ export async function render(root, { parts, signal }) {
 }
 
 const day = (text) => (text ? clockTime(text) : "unknown date");
-const verdict = (name) => (name ? chip(...(VERDICTS[name] ?? ["plain", name])) : "–");
 
-function line(row, setId) {
+function line(row, setId, largest) {
   return h("tr", {},
     h("td", {}, row.key === null ? row.tag : h("a", { href: `#/loop/${setId}/${row.key}` }, row.tag)),
-    h("td", {}, chip(...CHANGES[row.change])), h("td", {}, row.why), h("td", {}, verdict(row.verdict_before)), h("td", {}, verdict(row.verdict)),
-    h("td", { class: "number" }, number(row.S_before, "%")), h("td", { class: "number" }, number(row.S, "%")), h("td", {}, intervals(row)),
+    h("td", {}, chip(...CHANGES[row.change])), h("td", {}, row.why), h("td", {}, row.finding_text_before || "–"), h("td", {}, row.finding_text || "–"),
+    h("td", { class: "number" }, number(row.S_before, "%")), h("td", { class: "number" }, number(row.S, "%")), h("td", {}, intervals(row, largest)),
     h("td", { class: "number" }, number(row.priority_before)), h("td", { class: "number" }, number(row.priority)));
 }
 
-/** S before (above) and now (below) with their intervals. */
-function intervals(row) {
+/** S before (above) and now (below) with their intervals; all rows have one scale, from 0 to `largest`. */
+function intervals(row, largest) {
   const pairs = [[row.S_before, row.S_low_before, row.S_high_before], [row.S, row.S_low, row.S_high]];
-  const known = pairs.flat().filter((value) => value !== null && value !== undefined);
-  if (!known.length) return "–";
-  const largest = Math.max(...known) * 1.05;
+  if (pairs.every(([S]) => S === null || S === undefined)) return "–";
   const x = (value) => ((value / largest) * (WIDTH - 8) + 4).toFixed(1);
   const marks = pairs.flatMap(([S, low, high], k) => {
     if (S === null || S === undefined) return [];

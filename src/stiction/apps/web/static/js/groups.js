@@ -24,7 +24,7 @@ export async function render(root, { parts, signal }) {
   const { groups } = await getJson(`/api/sets/${current.id}/groups`, signal);
   wait.remove();
   root.append(h("p", { class: "note" }, groups.length
-    ? `${groups.length} ${groups.length === 1 ? "group shares" : "groups share"} an oscillation. Repair the root first, then look again: the others often settle.`
+    ? `${groups.length} ${groups.length === 1 ? "group shares" : "groups share"} an oscillation. Put the source right first, then look again: the loops that follow need no work of their own.`
     : "No loops share an oscillation."));
   const destroy = [];
   for (const group of groups) root.append(groupCard(group, current.id, destroy));
@@ -36,16 +36,32 @@ function groupCard(group, setId, destroy) {
   const byTag = new Map(group.members.map((one) => [one.tag, one]));
   const loopLink = (tag) => (byTag.has(tag) ? h("a", { href: `#/loop/${setId}/${byTag.get(tag).key}` }, tag) : tag);
   const roots = group.leading_roots;
-  const first = roots.length === 1 ? ["Fix this first: ", loopLink(roots[0])] : ["One of these two is the root: ", loopLink(roots[0]), " or ", loopLink(roots[1])];
+  const first = roots.length === 1 ? ["Put this right first: ", loopLink(roots[0])] : ["One of these two is the source: ", loopLink(roots[0]), " or ", loopLink(roots[1]), ". Put the first in manual for three periods; if the second goes on swinging, it is the source."];
   const card = h("section", { class: "card", "aria-label": `Group ${group.number}` },
     h("h2", {}, `Group ${group.number}: ${counted(group.members.length, "loop")}, period ${duration(group.period_s)}`),
     h("p", { class: "lead" }, first),
-    group.remark ? h("p", { class: "note" }, group.remark) : null,
-    h("div", { class: "columns" }, stackedTrends(group, colors, loopLink), spectra(group, colors, destroy)),
-    rootTable(group, loopLink),
-    h("details", {}, h("summary", {}, "Members"), memberTable(group, loopLink)));
-  if (group.perhaps_also?.length) card.append(h("p", { class: "note" }, "Perhaps also: ", group.perhaps_also.slice(0, 20).map((one) => one.tag ?? one).join(", ")));
+    ...roots.map((tag) => h("p", {}, roots.length > 1 ? `Why ${tag}: ` : "", group.roots.find((one) => one.tag === tag)?.why ?? "")),
+    followerMap(group, loopLink),
+    named("Perhaps also, too irregular to say: ", group.perhaps_also),
+    named("Similar periods, connection not shown: ", group.similar),
+    h("details", {}, h("summary", {}, "Trends, spectra and numbers"),
+      h("div", { class: "columns" }, stackedTrends(group, colors, loopLink), spectra(group, colors, destroy)),
+      rootTable(group, loopLink), memberTable(group, loopLink)));
   return card;
+}
+
+/** The source, and an arrow to each follower with the connections between. */
+function followerMap(group, loopLink) {
+  const sources = new Set(group.leading_roots);
+  const followers = group.members.filter((one) => !sources.has(one.tag));
+  if (!followers.length) return null;
+  return h("div", { class: "source-map" },
+    h("div", { class: "map-source" }, group.leading_roots.map((tag) => h("span", { class: "map-loop" }, loopLink(tag)))),
+    h("ul", { class: "map-followers" }, followers.map((one) => h("li", {}, h("span", { class: "map-loop" }, loopLink(one.tag)), " ", h("span", { class: "note" }, one.through)))));
+}
+
+function named(words, tags) {
+  return tags?.length ? h("p", { class: "note" }, words, tags.slice(0, 20).join(", "), tags.length > 20 ? ` and ${tags.length - 20} more` : "") : null;
 }
 
 function stackedTrends(group, colors, loopLink) {
@@ -79,11 +95,10 @@ function spectra(group, colors, destroy) {
 
 function rootTable(group, loopLink) {
   const rows = group.roots.slice(0, 5).map((one) => h("tr", {},
-    h("td", {}, loopLink(one.tag)), h("td", { class: "number" }, probability(one.probability)), h("td", { class: "number" }, number(one.score)),
-    h("td", {}, h("ul", { class: "plain" }, one.parts.filter((part) => Math.abs(part.log_odds) >= 0.05).map((part) => h("li", {}, `${part.text} (${part.log_odds >= 0 ? "+" : "−"}${Math.abs(part.log_odds).toFixed(1)})`))))));
-  return h("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Likely roots" }, h("h3", {}, "Likely roots, with the log odds of each reason"),
-    h("table", {}, 
-      h("thead", {}, h("tr", {}, h("th", { scope: "col" }, "Loop"), h("th", { scope: "col", class: "number" }, "Probability"), h("th", { scope: "col", class: "number" }, "Score"), h("th", { scope: "col" }, "Reasons"))),
+    h("td", {}, loopLink(one.tag)), h("td", { class: "number" }, probability(one.probability)), h("td", {}, one.why)));
+  return h("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Likely sources" }, h("h3", {}, "Likely sources"),
+    h("table", {},
+      h("thead", {}, h("tr", {}, h("th", { scope: "col" }, "Loop"), h("th", { scope: "col", class: "number" }, "Probability"), h("th", { scope: "col" }, "Reasons"))),
       h("tbody", {}, rows)));
 }
 

@@ -1,7 +1,7 @@
 // Loops: the table of all loops of a set, worst first; filters, progress, export of what is shown.
 
 import { fetchFile, getJson, saveFile, sendJson } from "./api.js";
-import { CAUSES, STATES, chip, verdictChip, verdictWord } from "./chips.js";
+import { CAUSES, STATES, chip, verdictWord } from "./chips.js";
 import { sparkline } from "./column_table.js";
 import { counted, duration, h, number, problem } from "./dom.js";
 import { setChoice } from "./set_choice.js";
@@ -11,31 +11,41 @@ export const title = "Loops";
 const POLL_MS = 700;
 const SLOW_POLL_MS = 4000;
 const TYPING_MS = 40;
-const RANKS = { stiction: 0, undecided: 1, no_stiction: 2 };
+const RANKS = { alert: 0, unknown: 1, plain: 2, good: 3 };
+const LEVELS = { alert: "Fault of the loop", unknown: "Open question", plain: "Cause elsewhere", good: "Nothing found" };
 const memory = new Map();
 const loaded = new Map();
 
 const stateWord = (row) => (row.loop_state ? STATES[row.loop_state] ?? row.loop_state.replaceAll("_", " ") : "");
 const causeWord = (row) => (row.oscillation_cause ? CAUSES[row.oscillation_cause] ?? row.oscillation_cause : "");
-const verdictRank = (row) => (row.verdict in RANKS ? RANKS[row.verdict] : 3) - 0.5 * (row.probability ?? 0);
+const findingWord = (row) => (row.level ? row.finding_text : verdictWord(row)[1]);
+const levelWord = (row) => LEVELS[row.level] ?? verdictWord(row)[1];
+const findingRank = (row) => (row.level in RANKS ? RANKS[row.level] : 4) - 0.5 * (row.probability ?? 0);
+const stepWord = (row) => row.next_step ?? row.error ?? "";
 
-function columnsOf(setId, hasArea, hasPriority, sparks) {
-  const text = (name, label, value, className) => ({ name, label, value, cell: (row) => value(row) ?? "", className });
-  const numeric = (name, label, hint) => ({ name, label, hint, number: true, value: (row) => row[name] ?? null, cell: (row) => row.texts?.[name] ?? "–" });
+function columnsOf(setId, all, sparks) {
+  const has = (name) => all.some((row) => row[name]);
+  const text = (name, label, value, more = {}) => ({ name, label, value, cell: (row) => value(row) ?? "", ...more });
+  const numeric = (name, label, hint, more = {}) => ({ name, label, hint, number: true, value: (row) => row[name] ?? null, cell: (row) => row.texts?.[name] ?? "–", ...more });
+  const exported = { isExportOnly: true };
+  const allPercent = all.every((row) => (row.op_unit ?? "% of span") === "% of span");
   const columns = [
-    { name: "tag", label: "Loop", value: (row) => row.tag, cell: (row) => h("a", { href: `#/loop/${setId}/${row.key}` }, row.tag), className: "tag" },
-    hasArea && text("area", "Area", (row) => row.area),
-    { name: "verdict", label: "Verdict", value: verdictRank, text: (row) => verdictWord(row)[1], cell: verdictChip },
-    numeric("probability", "Probability", "Probability of stiction"),
-    numeric("S", "S [%]", "Deadband plus stickband, % of span"),
-    numeric("J", "J [%]", "Slip jump, % of span"),
-    numeric("period_s", "Period", "Period of the oscillation"),
-    text("loop_state", "State", stateWord),
-    text("oscillation_cause", "Cause", causeWord),
-    hasPriority && numeric("priority", "Priority", "Severity × confidence × importance"),
-    { name: "spark", label: "PV trend", value: () => null, cell: (row) => trendCell(row, sparks), isPicture: true },
-    { name: "label", label: "Note", value: (row) => row.label ?? "", cell: (row) => (row.label ? chip("plain", row.label) : "") },
-    text("action", "What to do", (row) => row.action ?? row.error ?? "", "long"),
+    { name: "tag", label: "Loop", value: (row) => row.tag, cell: (row) => h("a", { href: `#/loop/${setId}/${row.key}` }, row.tag), className: "tag", width: "15%" },
+    has("area") && text("area", "Area", (row) => row.area, { width: "8%" }),
+    { name: "finding", label: "Finding", value: findingRank, text: findingWord, cell: (row) => chip(row.level ?? "plain", findingWord(row)), className: "finding", width: "19%" },
+    text("next", "Next step", stepWord, { className: "long", width: "27%" }),
+    numeric("S", allPercent ? "S [%]" : "S", "Deadband plus stickband", { width: "6%" }),
+    numeric("period_s", "Period", "Period of the oscillation", { width: "7%" }),
+    has("priority") && { ...numeric("priority", "Priority", "Severity times the probability of a fault, with the severity of the loops that follow"), width: "7%", cell: (row) => h("span", { title: row.priority_reason ?? "" }, row.texts?.priority ?? "–") },
+    { name: "spark", label: "PV trend", value: () => null, cell: (row) => trendCell(row, sparks), isPicture: true, width: "9%", className: "picture" },
+    { name: "label", label: "Note", value: (row) => row.label ?? "", cell: (row) => (row.label ? chip("plain", row.label) : ""), width: "8%", className: "label" },
+    new Set(all.map((row) => row.source)).size > 1 && text("source", "File", (row) => row.source, { width: "9%", className: "file" }),
+    text("verdict", "Verdict", (row) => verdictWord(row)[1], exported),
+    numeric("probability", "Probability", "Probability of stiction", exported),
+    numeric("J", "J", "Slip jump", exported),
+    text("loop_state", "State", stateWord, exported),
+    text("oscillation_cause", "Cause", causeWord, exported),
+    text("priority_reason", "Why this priority", (row) => row.priority_reason, exported),
   ];
   return columns.filter(Boolean);
 }
@@ -65,13 +75,13 @@ export async function render(root, { parts, signal }) {
   wait.remove();
   take(answer);
   const all = [...rows.values()];
-  const columns = columnsOf(setId, all.some((row) => row.area), all.some((row) => row.priority), sparks);
-  const table = virtualTable({ columns, label: "Loops", open: (row) => (location.hash = `#/loop/${setId}/${row.key}`), shown: fetchSparks, resorted: () => (ordered = null) });
-  const filters = memory.get(setId) ?? { text: "", area: "", verdict: "", state: "" };
+  const columns = columnsOf(setId, all, sparks);
+  const table = virtualTable({ columns: columns.filter((column) => !column.isExportOnly), label: "Loops", open: (row) => (location.hash = `#/loop/${setId}/${row.key}`), shown: fetchSparks, resorted: () => (ordered = null) });
+  const filters = memory.get(setId) ?? { text: "", area: "", finding: "", state: "" };
   const search = h("input", { type: "search", placeholder: "Filter by text", "aria-label": "Filter by text", value: filters.text });
   const choices = {
     area: choice("Area", [...new Set(all.map((row) => row.area).filter(Boolean))].sort(), filters.area),
-    verdict: choice("Verdict", ["Stiction", "Cannot tell", "No stiction", "Screened only", "Not diagnosed", "Waiting"], filters.verdict),
+    finding: choice("Finding", [...Object.values(LEVELS), "Screened only", "Not diagnosed", "Waiting"], filters.finding),
     state: choice("State", [...new Set(all.map(stateWord).filter(Boolean))].sort(), filters.state),
   };
   choices.area.parentElement.hidden = choices.area.options.length < 3;
@@ -91,18 +101,18 @@ export async function render(root, { parts, signal }) {
     stored.progress = next.progress ?? stored.progress;
     stored.confirmed = next.confirmed ?? stored.confirmed;
     for (const row of next.rows) {
-      row.words = `${row.tag} ${row.area ?? ""} ${verdictWord(row)[1]} ${stateWord(row)} ${causeWord(row)} ${row.label ?? ""} ${row.action ?? ""} ${row.error ?? ""}`.toLowerCase();
+      row.words = `${row.tag} ${row.area ?? ""} ${findingWord(row)} ${verdictWord(row)[1]} ${stateWord(row)} ${causeWord(row)} ${row.label ?? ""} ${stepWord(row)} ${row.source ?? ""}`.toLowerCase();
       rows.set(row.key, row);
     }
   }
 
   function filter(keepPlace = false) {
     const words = search.value.toLowerCase().split(/\s+/).filter(Boolean);
-    const { area, verdict, state } = Object.fromEntries(Object.entries(choices).map(([name, one]) => [name, one.value]));
-    memory.set(setId, { text: search.value, area, verdict, state, sorting: table.sorting() });
+    const { area, finding, state } = Object.fromEntries(Object.entries(choices).map(([name, one]) => [name, one.value]));
+    memory.set(setId, { text: search.value, area, finding, state, sorting: table.sorting() });
     ordered ??= table.sorted([...rows.values()]);
     const matching = ordered.filter((row) =>
-      words.every((word) => row.words.includes(word)) && (!area || row.area === area) && (!verdict || verdictWord(row)[1] === verdict) && (!state || stateWord(row) === state));
+      words.every((word) => row.words.includes(word)) && (!area || row.area === area) && (!finding || levelWord(row) === finding) && (!state || stateWord(row) === state));
     table.setRows(matching, keepPlace);
     empty.hidden = rows.size > 0;
     const { confirmed = 0, refuted = 0 } = stored.confirmed ?? {};
@@ -139,7 +149,7 @@ export async function render(root, { parts, signal }) {
     typing = setTimeout(() => filter(), TYPING_MS);
   });
   for (const one of Object.values(choices)) one.addEventListener("change", () => filter());
-  table.sortBy(filters.sorting?.name ?? (all.some((row) => row.priority) ? "priority" : "verdict"), filters.sorting?.descending);
+  table.sortBy(filters.sorting?.name ?? (all.some((row) => row.priority) ? "priority" : "finding"), filters.sorting?.descending);
   filter();
   progress.show(stored.progress);
 

@@ -2,7 +2,10 @@
 
 import { h } from "./dom.js";
 
-const ROW_HEIGHT = 44;
+const ROW_HEIGHT = 72;
+const CARD_HEIGHT = 216;
+const narrow = matchMedia("(max-width: 700px)");
+const rowHeight = () => (narrow.matches ? CARD_HEIGHT : ROW_HEIGHT);
 const EXTRA_ROWS = 6;
 
 /**
@@ -21,18 +24,19 @@ export function virtualTable({ columns, label, open, shown = () => {}, resorted 
   const head = h("tr", {}, columns.map((column) => {
     const button = column.isPicture ? column.label : h("button", { class: "sort", type: "button", title: column.hint ?? null, onclick: () => sortBy(column.name) }, column.label);
     const cell = h("th", { scope: "col", class: column.number ? "number" : null, role: "columnheader" }, button);
+    cell.style.width = column.width ?? "";
     if (!column.isPicture) buttons.set(column.name, cell);
     return cell;
   }));
   const above = h("tr", { "aria-hidden": "true", class: "spacer" }, h("td", { colspan: String(columns.length) }));
   const below = h("tr", { "aria-hidden": "true", class: "spacer" }, h("td", { colspan: String(columns.length) }));
   const body = h("tbody", {}, above, below);
-  const table = h("table", { class: "virtual", "aria-label": label }, h("thead", {}, head), body);
+  const table = h("table", { class: "virtual", role: "table", "aria-label": label }, h("thead", {}, head), body);
   const element = h("div", { class: "virtual-box", tabindex: "0", role: "region", "aria-label": `${label}: arrow keys move, Enter opens` }, table);
   element.addEventListener("scroll", () => draw(false), { passive: true });
   element.addEventListener("keydown", (event) => {
     if (event.target !== element) return;
-    const page = Math.max(1, Math.floor(element.clientHeight / ROW_HEIGHT) - 2);
+    const page = Math.max(1, Math.floor(element.clientHeight / rowHeight()) - 2);
     const steps = { ArrowDown: 1, ArrowUp: -1, PageDown: page, PageUp: -page, Home: -rows.length, End: rows.length };
     if (event.key in steps) {
       event.preventDefault();
@@ -44,10 +48,10 @@ export function virtualTable({ columns, label, open, shown = () => {}, resorted 
 
   function move(to) {
     active = Math.min(Math.max(to, 0), rows.length - 1);
-    const top = active * ROW_HEIGHT;
+    const top = active * rowHeight();
     const headHeight = table.tHead.offsetHeight;
     if (top < element.scrollTop) element.scrollTop = top;
-    else if (top + ROW_HEIGHT > element.scrollTop + element.clientHeight - headHeight) element.scrollTop = top + ROW_HEIGHT + headHeight - element.clientHeight;
+    else if (top + rowHeight() > element.scrollTop + element.clientHeight - headHeight) element.scrollTop = top + rowHeight() + headHeight - element.clientHeight;
     draw(true);
   }
 
@@ -98,12 +102,12 @@ export function virtualTable({ columns, label, open, shown = () => {}, resorted 
 
   function draw(isForced) {
     const height = element.clientHeight || 600;
-    const from = Math.max(0, Math.floor(element.scrollTop / ROW_HEIGHT) - EXTRA_ROWS);
-    const to = Math.min(rows.length, from + Math.ceil(height / ROW_HEIGHT) + 2 * EXTRA_ROWS);
+    const from = Math.max(0, Math.floor(element.scrollTop / rowHeight()) - EXTRA_ROWS);
+    const to = Math.min(rows.length, from + Math.ceil(height / rowHeight()) + 2 * EXTRA_ROWS);
     if (!isForced && from === first && to === last) return;
     [first, last] = [from, to];
-    above.firstChild.style.height = `${from * ROW_HEIGHT}px`;
-    below.firstChild.style.height = `${(rows.length - to) * ROW_HEIGHT}px`;
+    above.firstChild.style.height = `${from * rowHeight()}px`;
+    below.firstChild.style.height = `${(rows.length - to) * rowHeight()}px`;
     const visible = rows.slice(from, to);
     body.replaceChildren(above, ...visible.map((row, k) => drawRow(row, from + k)), below);
     table.setAttribute("aria-rowcount", String(rows.length + 1));
@@ -111,8 +115,15 @@ export function virtualTable({ columns, label, open, shown = () => {}, resorted 
   }
 
   function drawRow(row, index) {
-    const line = h("tr", { "aria-rowindex": String(index + 2), class: index === active ? "active" : null, onclick: (event) => event.target.closest("a, button") || open(row) },
-      columns.map((column) => h("td", { class: column.number ? "number" : column.className ?? null }, column.cell(row))));
+    const line = h("tr", { role: "row", "aria-rowindex": String(index + 2), class: index === active ? "active" : null, onclick: (event) => event.target.closest("a, button") || open(row) },
+      columns.map((column) => {
+        const content = column.cell(row);
+        const cell = h("td", { class: column.number ? "number" : column.className ?? null, role: "cell" }, h("div", { class: "cell-text" }, content));
+        if (typeof content === "string" && content.length > 40) cell.title = content;
+        if (column.number || column.name === "label") cell.dataset.head = column.label;
+        if (content === "" || content === "–") cell.dataset.empty = "";
+        return cell;
+      }));
     line.dataset.key = row.key;
     return line;
   }
