@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.detection import detect_all
+from stiction.diagnosis.evidence.diagnose_windows import diagnose_windows
+from stiction.diagnosis.evidence.one_loop import order_records
 from stiction.diagnosis.identification.identify_record import fit_segment
 from stiction.diagnosis.identification.loop_response import fit_response
 from stiction.diagnosis.identification.regression import one_thread
@@ -23,6 +25,8 @@ from stiction.diagnosis.verdict.readings import compare_readings
 from stiction.errors import require_positive, require_probability
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from stiction.diagnosis.segment import JudgedSegment
     from stiction.records.record import LoopRecord
 
@@ -30,7 +34,7 @@ __all__ = ["diagnose"]
 
 
 def diagnose(
-    record: LoopRecord,
+    record: LoopRecord | Sequence[LoopRecord],
     *,
     prior: float = 0.25,
     costs: Costs | None = None,
@@ -41,8 +45,9 @@ def diagnose(
 
     Parameters
     ----------
-    record : LoopRecord
-        A record of one loop, OP and PV at least.
+    record : LoopRecord or sequence of LoopRecord
+        A record of one loop, OP and PV at least, or several of the same loop. Long records are cut into windows, which
+        are judged one by one and pooled.
     prior : float
         Share of sticky valves where the record comes from [-].
     costs : Costs, optional
@@ -62,7 +67,7 @@ def diagnose(
     Raises
     ------
     RecordError
-        When the record has no PV at all, or is a path or the list that `read` gives.
+        When a record has no PV at all, or is a path; or when records are not of one loop, or contradict each other.
     ParameterError
         When the prior is not between 0 and 1, or `smallest_S` is not positive.
 
@@ -79,10 +84,16 @@ def diagnose(
     """
     require_probability("prior", prior)
     smallest_S = require_positive("smallest_S", smallest_S, "% of span")
-    segments = [judge_segment(record), *map(judge_segment, record.other_readings)]
+    costs, records = costs or Costs(), order_records(record)
+
+    def judge(segment: JudgedSegment, methods: bool) -> Diagnosis:
+        return _diagnose(segment, prior, costs, smallest_S, methods)
+
     with one_thread():
-        found = [_diagnose(segment, prior, costs or Costs(), smallest_S, methods) for segment in segments]
-    return compare_readings(found)
+        if len(records) > 1 or not records[0].other_readings:
+            return diagnose_windows(records, judge, methods=methods)
+        segments = [judge_segment(one) for one in (records[0], *records[0].other_readings)]
+        return compare_readings([judge(segment, methods) for segment in segments])
 
 
 def _diagnose(segment: JudgedSegment, prior: float, costs: Costs, smallest_S: float, methods: bool) -> Diagnosis:

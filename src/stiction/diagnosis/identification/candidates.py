@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from stiction.models.numba_compile import kernel
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
@@ -51,17 +53,27 @@ class Candidates:
 
     def local_minima(self, count: int, S_distance: float, ratio_distance: float) -> NDArray[np.float64]:
         """Up to `count` best candidates, none within both distances in ln S and in J / S [-] of a better one."""
-        order = self._order()
-        rows = self.valves[order]
-        log_S = np.log(rows[:, 0])
-        free = np.ones(len(rows), dtype=bool)
-        chosen: list[int] = []
-        while len(chosen) < count and free.any():
-            i = int(np.argmax(free))
-            chosen.append(i)
-            near = np.abs(log_S - log_S[i]) <= S_distance
-            free &= ~(near & (np.abs(rows[:, 1] - rows[i, 1]) <= ratio_distance) & (rows[:, 2] == rows[i, 2]))
-        return rows[chosen]
+        rows = self.valves[self._order()]
+        chosen = np.empty(count, dtype=np.int64)
+        return rows[chosen[: _choose_apart(rows, np.log(rows[:, 0]), S_distance, ratio_distance, chosen)]]
+
+
+@kernel
+def _choose_apart(rows, log_S, S_distance, ratio_distance, chosen):
+    """Fill `chosen` with rows that are within both distances of none chosen before, and return their number."""
+    count = 0
+    for i in range(rows.shape[0]):
+        free = True
+        for k in range(count):
+            j = chosen[k]
+            near = abs(log_S[i] - log_S[j]) <= S_distance and abs(rows[i, 1] - rows[j, 1]) <= ratio_distance
+            free = free and not (near and rows[i, 2] == rows[j, 2])
+        if free:
+            chosen[count] = i
+            count += 1
+            if count == chosen.size:
+                break
+    return count
 
 
 def combinations(*axes: NDArray[np.float64]) -> NDArray[np.float64]:

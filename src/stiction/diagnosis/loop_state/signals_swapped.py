@@ -114,10 +114,11 @@ def are_signals_swapped(
     """
     if sp is not None and (np.array_equal(sp, pv, equal_nan=True) or np.array_equal(sp, op, equal_nan=True)):
         sp = None  # a set point that follows another column would explain that column
-    named, other = fit_pi_equation(op, pv, sp), fit_pi_equation(pv, op, sp)
-    if named is None or other is None or other.unexplained > max_unexplained:
+    other = fit_pi_equation(pv, op, sp)
+    if other is None or other.unexplained > max_unexplained:
         return None
-    if named.unexplained < max(min_ratio * other.unexplained, max_unexplained):
+    named = fit_pi_equation(op, pv, sp)
+    if named is None or named.unexplained < max(min_ratio * other.unexplained, max_unexplained):
         return None
     is_controller = other.integral_samples > min_integral_samples
     return (named.unexplained, other.unexplained) if is_controller else None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,7 +29,7 @@ FEW = 3.0
 """Samples at an end of OP's range that are no stay at a limit [-]."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class CauseInput:
     """What the stages before found."""
 
@@ -61,6 +62,14 @@ class CauseInput:
     def per_period(self) -> float:
         """Samples to a period of the oscillation, or of the best candidate [-]; NaN without one."""
         return self.oscillation.period / self.dt if self.oscillation.period > 0.0 else math.nan
+
+    @cached_property
+    def pv_power(self) -> tuple[NDArray[np.float64], float, NDArray[np.float64]]:
+        """Power spectrum of PV, zeros added, its values to a line [-], and their frequencies [1/period]."""
+        n = self.pv.size
+        size = 1 << (4 * n - 1).bit_length()
+        power = np.abs(np.fft.rfft((self.pv - self.pv.mean()) * np.hanning(n), size)) ** 2
+        return power, size / n, np.arange(power.size) * (self.per_period / size)
 
     @property
     def op_range(self) -> float:
@@ -119,17 +128,14 @@ def _period_over_limit(found: CauseInput, *, plain: bool) -> float:
 
 
 def _line(found: CauseInput, *, wide: float) -> float:
-    """Share of PV's power near its main frequency that stands in one line."""
+    """Share of PV's power near its main frequency, or at it and above, that stands in one line."""
     if not found.oscillation.oscillating or not found.per_period > 0.0:
         return math.nan
-    n = found.pv.size
-    size = 1 << (4 * n - 1).bit_length()
-    power = np.abs(np.fft.rfft((found.pv - found.pv.mean()) * np.hanning(n), size)) ** 2
-    turns = np.arange(power.size) * (found.per_period / size)
+    power, step, turns = found.pv_power
     near = np.flatnonzero((turns > 0.8) & (turns < 1.25))
     if near.size == 0:
         return math.nan
-    i, width = int(near[np.argmax(power[near])]), max(round(2.0 * size / n), 1)
+    i, width = int(near[np.argmax(power[near])]), max(round(2.0 * step), 1)
     around = power[(turns > turns[i] / 1.5) & (turns < turns[i] * wide)]
     return float(power[max(i - width, 0) : i + width + 1].sum() / max(float(around.sum()), 1e-300))
 

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from stiction.diagnosis.result import Evidence, Oscillation, Verdict
     from stiction.diagnosis.segment import JudgedSegment
     from stiction.diagnosis.verdict.finding import Finding
+    from stiction.diagnosis.verdict.history import Change, Window
     from stiction.diagnosis.verdict.model import Contribution
     from stiction.records.assess import Quality
     from stiction.records.record import LoopRecord
@@ -48,7 +49,7 @@ class Diagnosis(ResultDisplay, kind="verdict"):
         "record.provenance.source as file", "record.tag as tag", "verdict", "probability", "prior", "reason", "action",
         "record.op_unit as op_unit", "record.dt as dt_s", "loop_state", "identification as stiction", "controller",
         "oscillation", "oscillation_cause", "finding", "next_step", "S_detectable",
-        "average_log_odds", "contributions as features", "evidence", "quality",
+        "average_log_odds", "contributions as features", "windows", "history", "windows_needed", "evidence", "quality",
     )  # fmt: skip
 
     segment: JudgedSegment = field(repr=False)
@@ -82,6 +83,14 @@ class Diagnosis(ResultDisplay, kind="verdict"):
     """What a linear prediction of PV says of the loop; None where the record cannot be judged."""
     costs: Costs = field(default_factory=Costs)
     """Costs of a wrong call."""
+    windows: tuple[Window, ...] = ()
+    """The windows of the loop, each judged by itself, in the order of time. With more than one, probability, S and J
+    are pooled over those since the last change, and the segment is that of one window."""
+    history: tuple[Change, ...] = ()
+    """When the fault began, grew or was repaired."""
+    windows_needed: int | None = None
+    """Further windows like these after which there would be a verdict [-]; 0 where there is one, None where more of the
+    same will not decide."""
     settings: dict[str, Any] = field(default_factory=dict)
     """What a caller adds."""
 

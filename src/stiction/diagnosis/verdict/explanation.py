@@ -8,6 +8,7 @@ from stiction.diagnosis.loop_state import describe_action, describe_state
 from stiction.diagnosis.verdict.decision import Costs, decide, shift_prior
 from stiction.diagnosis.verdict.features import FEATURES
 from stiction.diagnosis.verdict.finding import Findings
+from stiction.diagnosis.verdict.over_time import OverTime, explain_over_time
 from stiction.display.duration_format import format_seconds
 from stiction.display.number_format import format_interval, format_probability
 
@@ -44,7 +45,7 @@ MIN_ANALYSED_SHARE = 0.8
 """Share of the record in the analysed part below which the share is said [-]."""
 
 
-class Explained(Findings, Protocol):
+class Explained(Findings, OverTime, Protocol):
     """What the sentences need to know; a `Diagnosis` has it."""
 
     @property
@@ -94,6 +95,7 @@ def explain_reason(found: Explained) -> str:
         _causes(found),
         _left_out(found),
         _slave(found),
+        explain_over_time(found, found.record.op_unit_short),
     ]
     sentences += [check.why for check in found.quality.rejections[:2]]
     return " ".join(sentence for sentence in sentences if sentence)

@@ -56,7 +56,7 @@ class Contribution(Result):
     @property
     def label(self) -> str:
         """Name of the feature on screens."""
-        return {feature.name: feature.label for feature in FEATURES}.get(self.feature, self.feature)
+        return {feature.name: feature.label for feature in FEATURES}.get(self.feature, self.feature.replace("_", " "))
 
 
 @dataclass(frozen=True)

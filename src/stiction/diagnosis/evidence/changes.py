@@ -1,0 +1,96 @@
+"""When the fault of a valve began, grew or was repaired."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiction.diagnosis.evidence.partition import Level, find_boundaries
+from stiction.diagnosis.evidence.pooling import pool_windows, pooling_model, tabulate
+from stiction.diagnosis.verdict.history import Change
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from stiction.diagnosis.evidence.pooling import WindowTable
+    from stiction.diagnosis.verdict.history import Window
+
+__all__ = ["change_quantities", "find_changes"]
+
+MOST_WINDOWS = 1000
+"""Windows in which changes are looked for, the last ones [-]."""
+LEAST_GROWTH_WINDOWS = 5
+"""Windows from which growth of S is told [-]."""
+GROWTH_SIGNIFICANCE = 4.0
+"""Slope of ln S over its standard error from which S grows [-]."""
+LEAST_GROWTH = 0.3
+"""Growth of ln S over the windows from which it is told [-]."""
+
+
+def find_changes(windows: Sequence[Window]) -> tuple[Change, ...]:
+    """Find when the fault of a valve began, grew or was repaired.
+
+    Parameters
+    ----------
+    windows : sequence of Window
+        Windows of one valve in the order of time.
+
+    Returns
+    -------
+    tuple of Change
+        The changes in the order of time; empty where there is none.
+
+    Notes
+    -----
+    A valve sticks or is in order, and goes from one to the other. The evidence of the windows, the probability that the
+    valve drives the loop, and ln S each have a level in a stretch, whose distribution comes from simulated histories.
+    """
+    known = [one for one in windows if one.in_control][-MOST_WINDOWS:]
+    if len(known) < 2:
+        return ()
+    table, model = tabulate(known), pooling_model()["changes"]
+    series = change_quantities(table)
+    levels = [(Level(*model[name][0]), Level(*model[name][1])) for name in series]
+    found = find_boundaries(list(series.values()), levels, hazard=model["hazard"], least=model["least"])
+    numbers = {id(one): k for k, one in enumerate(windows)}
+    ends = [0, *(one.first for one in found), len(known)]
+    changes = []
+    for k, one in enumerate(found, 1):
+        before, after = (pool_windows(table.part(*pair)) for pair in ((ends[k - 1], ends[k]), (ends[k], ends[k + 1])))
+        window = known[one.first]
+        sizes = (None, after.S.value) if one.kind == 1 else (before.S.value, after.S_detectable)
+        kind = "onset" if one.kind == 1 else "repair"
+        changes.append(Change(window.start, window.start_s, kind, *sizes, one.probability, numbers[id(window)]))
+    sticks = found[-1].kind == 1 if found else pool_windows(table).evidence > 0.0
+    growth = _find_growth(known[ends[-2] :], table.part(ends[-2]), numbers) if sticks else None
+    return (*changes, *([growth] if growth else ()))
+
+
+def _find_growth(known: Sequence[Window], table: WindowTable, numbers: dict[int, int]) -> Change | None:
+    """Growth of S over windows of a sticky valve, by least squares of ln S; None where it is not sure."""
+    if len(known) < LEAST_GROWTH_WINDOWS:
+        return None
+    from scipy.stats import linregress, norm
+
+    x = np.array([one.start_s for one in known])
+    fit = linregress(x, np.log(np.maximum(table.S[:, 0], 1e-3)))
+    slope, error, intercept = (float(getattr(fit, name)) for name in ("slope", "stderr", "intercept"))
+    rise = slope * float(x[-1] - x[0])
+    if not (rise > LEAST_GROWTH and slope > GROWTH_SIGNIFICANCE * error):
+        return None
+    before, after = (float(np.exp(intercept + slope * at)) for at in (x[0], x[-1]))
+    sure = float(norm.cdf(slope / max(error, 1e-300)))
+    return Change(known[0].start, known[0].start_s, "growth", before, after, sure, numbers[id(known[0])])
+
+
+def change_quantities(table: WindowTable) -> dict[str, NDArray[np.float64]]:
+    """Quantities that differ between a sticky valve and one in order, by the name of their levels in the model."""
+    cause = np.clip(table.valve_cause, 0.01, 0.99)
+    return {
+        "evidence": table.evidence,
+        "valve_cause": np.log(cause / (1.0 - cause)),
+        "ln_S": np.log(np.maximum(table.S[:, 0], 1e-3)),
+    }
