@@ -36,6 +36,7 @@ VERBS = {
         "SOURCE... --out FOLDER",
         "Diagnose all loops of a plant, rank and group them.",
     ),
+    "watch": ("stiction.apps.watch:watch", "PLANT.toml", "Watch a plant from its historians, and raise alarms."),
     "worklist": ("stiction.apps.worklist:worklist", "AUDIT", "List what to repair, retune and test after an audit."),
     "read": ("stiction.apps.read:read", "SOURCE...", "Show what a source contains, convert it, write its map."),
     "compensate": (

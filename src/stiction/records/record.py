@@ -190,8 +190,8 @@ class LoopRecord:
         names = {"op": op, "pv": pv, "sp": sp, "mv": mv, "auto": auto}
         return cls(tag, loop_type=loop_type, **read_columns(frame, names, time=time, dt=dt, tag=tag))
 
-    def to_frame(self, native: str = "pandas") -> Any:
-        """Make a data frame of "pandas", "polars" or "pyarrow"; see `stiction.records.frames.to_frame`."""
+    def to_frame(self, native: str = "polars") -> Any:
+        """Make a data frame of "polars", "pandas" or "pyarrow"; see `stiction.records.frames.to_frame`."""
         from stiction.records.frames import to_frame
 
         return to_frame(self, native)
@@ -210,6 +210,10 @@ class LoopRecord:
         if axes is not None and np.shape(np.asarray(axes, dtype=object)) != (2,):
             raise ParameterError("axes is not a sequence of two Axes; give one for PV and one for OP.")
         return plot_record(self, axes)
+
+    def __repr__(self) -> str:
+        """Tag, length and kind in one line."""
+        return f"<LoopRecord {self.tag}: {len(self)} samples every {self.dt:g} s, {self.loop_type or 'type unknown'}>"
 
     def _repr_html_(self) -> str:
         from stiction.display.notebook import record_html
