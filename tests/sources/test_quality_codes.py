@@ -165,6 +165,9 @@ def test_readings_that_disagree_ask_for_the_good_codes(tmp_path):
     assert "InSQL" in found.reason
     with pytest.raises(RecordError, match="several ways"):
         read.to_parquet(tmp_path / "a.parquet")
+    for ask in (st.identify, st.compare_models):
+        with pytest.raises(RecordError, match=r"can be read in 2 ways.*good_codes=.*InSQL"):
+            ask(read)
     [read] = st.read(path, good_codes="0")
     assert not read.other_readings
     assert np.isnan(read.pv).sum() == (codes == 1).sum()

@@ -21,12 +21,14 @@ if TYPE_CHECKING:
     from stiction.diagnosis.result import Oscillation
     from stiction.records.record import LoopRecord
 
-__all__ = ["JudgedSegment", "judge_segment", "require_in_control"]
+__all__ = ["NAME_CODES", "JudgedSegment", "judge_in_control", "judge_segment", "require_in_control"]
 
 EXCLUDED_STATES = ("manual", "not_in_command", "shut_in", "valve_not_responding", "pv_frozen", "bad_data")
 """States whose stretches are left out; at a limit OP is still what the valve was sent."""
 STILL = "OP or PV does not vary enough to identify a valve; record while both move."
 """Why a record that passes the data checks may still not be judged."""
+NAME_CODES = "name the good codes (--good-codes, in Python good_codes=, or the column good of a map)."
+"""Remedy where the quality codes of a record can be read in several ways."""
 MIN_SAMPLES_PER_PERIOD = 4.0
 """Samples in the shortest period that can be given [-]."""
 
@@ -161,3 +163,19 @@ def require_in_control(segment: JudgedSegment) -> JudgedSegment:
         f"{record.tag}: no valve can be identified, because the loop state is {state.state}. {why} "
         f"{describe_action(state)}"
     )
+
+
+def judge_in_control(record: LoopRecord, *, period: float | None = None) -> JudgedSegment:
+    """Prepare a record in which a valve is to be identified, `period` as in `judge_segment`.
+
+    Raises RecordError where the loop is out of control, and where the quality codes can be read in several ways:
+    verdicts of several readings can be compared, not valves.
+    """
+    require_record(record)
+    if record.other_readings:
+        readings = [one.provenance.quality_reading for one in (record, *record.other_readings)]
+        raise RecordError(
+            f"{record.tag}: no valve can be identified, because the quality codes can be read in {len(readings)} ways; "
+            f"{NAME_CODES} {' '.join(readings)}"
+        )
+    return require_in_control(judge_segment(record, period=period))

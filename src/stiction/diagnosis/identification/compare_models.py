@@ -13,7 +13,7 @@ from stiction.diagnosis.identification.model_fit import fit_kano, fit_stenman, m
 from stiction.diagnosis.identification.process_fit import fit_process
 from stiction.diagnosis.identification.regression import one_thread
 from stiction.diagnosis.identification.three_parameter import fit_three_parameter
-from stiction.diagnosis.segment import judge_segment, require_in_control
+from stiction.diagnosis.segment import judge_in_control
 from stiction.display.json_form import Result
 
 if TYPE_CHECKING:
@@ -111,7 +111,8 @@ def compare_models(record: LoopRecord, *, period: float | None = None, enough: f
     Raises
     ------
     RecordError
-        When the record has no PV, the loop is out of control, or its data cannot be used.
+        When the record has no PV, the loop is out of control, its data cannot be used, or its quality codes can be
+        read in several ways.
     ParameterError
         When `period` is not positive or shorter than four samples.
 
@@ -138,7 +139,7 @@ def compare_models(record: LoopRecord, *, period: float | None = None, enough: f
     >>> st.compare_models(replace(st.simulate(loop, sp, 1400.0), mv=None), period=130.0).best
     'kano'
     """
-    fitted = fit_segment(require_in_control(judge_segment(record, period=period)))
+    fitted = fit_segment(judge_in_control(record, period=period))
     compared = compared_signals(fitted.segment, fitted.position)
     costs = compared.costs
     good = costs.op.reshape(-1, costs.per_block).mean(axis=1)

@@ -20,7 +20,7 @@ from stiction.diagnosis.identification.three_parameter import (
     rate_interval,
     three_parameter_positions,
 )
-from stiction.diagnosis.segment import judge_segment, require_in_control
+from stiction.diagnosis.segment import judge_in_control
 from stiction.errors import ParameterError
 
 if TYPE_CHECKING:
@@ -58,7 +58,8 @@ def identify(record: LoopRecord, model: str = "kano", *, period: float | None = 
     Raises
     ------
     RecordError
-        When the record has no PV, the loop is out of control, or its data cannot be used.
+        When the record has no PV, the loop is out of control, its data cannot be used, or its quality codes can be
+        read in several ways.
     ParameterError
         When `model` is unknown, or `period` is not positive or shorter than four samples.
 
@@ -86,7 +87,7 @@ def identify(record: LoopRecord, model: str = "kano", *, period: float | None = 
     """
     if model not in MODELS:
         raise ParameterError(f"model = {model!r} cannot be identified; use {', '.join(map(repr, MODELS))}.")
-    segment = require_in_control(judge_segment(record, period=period))
+    segment = judge_in_control(record, period=period)
     fitted = fit_segment(segment)
     if model == "kano":
         return fitted.identification

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.identification.loop_response import S_GRID
+from stiction.diagnosis.identification.regression import standardise
 from stiction.diagnosis.verdict.features import log_evidence, sensitivity
 
 if TYPE_CHECKING:
@@ -66,8 +67,7 @@ class CauseInput:
     @cached_property
     def pv_power(self) -> tuple[NDArray[np.float64], float, NDArray[np.float64]]:
         """Power spectrum of PV, zeros added, its values to a line [-], and their frequencies [1/period]."""
-        n = self.pv.size
-        size = 1 << (4 * n - 1).bit_length()
+        n, size = self.pv.size, 1 << (4 * self.pv.size - 1).bit_length()
         power = np.abs(np.fft.rfft((self.pv - self.pv.mean()) * np.hanning(n), size)) ** 2
         return power, size / n, np.arange(power.size) * (self.per_period / size)
 
@@ -180,12 +180,16 @@ def _at_rate(found: CauseInput) -> float:
     return float(np.mean(near)) if fast > 3.0 * found.op_step else 0.0
 
 
+def _block_means(found: CauseInput, fewest: int) -> NDArray[np.float64]:
+    """PV in means of a sixteenth of a period, `fewest` at least."""
+    samples = found.per_period if found.oscillation.oscillating else 40.0
+    size = int(np.clip(samples / 16.0, 1, max(found.pv.size / fewest, 1)))
+    return found.pv[: found.pv.size // size * size].reshape(-1, size).mean(axis=1)
+
+
 def _white(found: CauseInput) -> float:
     """Variance of the moves of PV's block means over twice their variance: 1 of white noise, 0 of a slow wave."""
-    size = int(
-        np.clip((found.per_period if found.oscillation.oscillating else 40.0) / 16.0, 1, max(found.pv.size / 50, 1))
-    )
-    y = found.pv[: found.pv.size // size * size].reshape(-1, size).mean(axis=1)
+    y = _block_means(found, 50)
     return float(np.var(np.diff(y)) / max(2.0 * float(np.var(y)), 1e-300))
 
 
@@ -193,11 +197,7 @@ def _damping(found: CauseInput, lags: int = 16) -> float:
     """-lg(1 - r) with r the largest pole of PV predicted from itself alone."""
     from scipy.linalg import solve_toeplitz
 
-    size = int(
-        np.clip((found.per_period if found.oscillation.oscillating else 40.0) / 16.0, 1, max(found.pv.size / 100, 1))
-    )
-    y = found.pv[: found.pv.size // size * size].reshape(-1, size).mean(axis=1)
-    y = (y - y.mean()) / max(float(y.std()), 1e-300)
+    y = standardise(_block_means(found, 100))
     products = np.array([y[: y.size - k] @ y[k:] for k in range(lags + 1)]) / y.size
     products[0] *= 1.0 + 1e-6
     poles = np.roots(np.r_[1.0, -solve_toeplitz(products[:-1], products[1:])])

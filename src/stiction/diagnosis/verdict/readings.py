@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from stiction.diagnosis.segment import NAME_CODES
 from stiction.diagnosis.verdict.diagnosis import Diagnosis
 
 if TYPE_CHECKING:
@@ -31,8 +32,7 @@ def compare_readings(found: Sequence[Diagnosis]) -> Diagnosis:
         f"{text} Verdict: {one.verdict.replace('_', ' ')}, probability {one.probability:.2f}."
         for text, one in zip(read, found, strict=True)
     )
-    ask = "name the good codes (--good-codes, in Python good_codes=, or the column good of a map)."
-    why = f"The quality codes can be read in {len(found)} ways, with different verdicts; {ask} {given}"
+    why = f"The quality codes can be read in {len(found)} ways, with different verdicts; {NAME_CODES} {given}"
     state = replace(first.loop_state, state="bad_data", share=1.0, rejects=(why,))
     segment = replace(first.segment, loop_state=state)
     return Diagnosis(segment, "undecided", first.prior, prior=first.prior, costs=first.costs)

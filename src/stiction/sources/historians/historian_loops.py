@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from stiction.sources.options import ReadOptions
     from stiction.sources.roles.map_file import MapRow
 
-__all__ = ["find_loops_of_historian", "historian_span", "open_historian"]
+__all__ = ["find_loops_of_historian", "historian_span", "make_loops", "open_historian"]
 
 DEFAULT_SPAN = timedelta(days=1)
 """Time that is read when none is given."""
@@ -70,10 +70,29 @@ def find_loops_of_historian(source: str, options: ReadOptions, rows: Sequence[Ma
         raise ParameterError(
             f"{', '.join(sorted(others))} can be used only with a database, not with a historian; leave it out."
         )
-    since, until = historian_span(asked.get("since"), asked.get("until"))
+    span = historian_span(asked.get("since"), asked.get("until"))
     client = open_historian(source)
     tags = _find_tags(client, source, rows, asked.get("tags") or (), options)
-    block = _TagBlocks(client, since, until)
+    return make_loops(client, tags, source, span, options, rows)
+
+
+def make_loops(
+    client: Historian,
+    tags: Sequence[HistorianTag],
+    source: str,
+    span: tuple[datetime, datetime],
+    options: ReadOptions,
+    rows: Sequence[MapRow] | None = None,
+) -> Loops:
+    """Make loops of tags, whose values a client gives when a loop is read.
+
+    Raises
+    ------
+    RecordError
+        When the tags make no loop.
+    """
+    since, until = span
+    block = _TagBlocks(client, *span)
     note = f"Values from {since:%Y-%m-%d %H:%M:%S} to {until:%Y-%m-%d %H:%M:%S} UTC were read from {source}."
     table = RawTable(Origin(source, tags[0].name), [], [], 0, _no_rows, notes=[note])
     columns = [block.column(tag, table) for tag in tags]
@@ -81,9 +100,8 @@ def find_loops_of_historian(source: str, options: ReadOptions, rows: Sequence[Ma
     known = {id(column): tag for column, tag in zip(columns, tags, strict=True)}
     for loop in loops:
         for role, column in loop.roles.items():
-            span = known[id(column)].span
-            if span is not None:
-                loop.spans.setdefault(role, span)
+            if (limits := known[id(column)].span) is not None:
+                loop.spans.setdefault(role, limits)
     of_loops = [[known[id(column)] for column in loop.roles.values()] for loop in loops]
     block.required = {loop.roles[role].name for loop in loops for role in ("op", "pv", "mv") if role in loop.roles}
     block.blocks = [
