@@ -159,7 +159,8 @@ export async function render(root, { parts, signal }) {
       answer = await getJson(`/api/sets/${setId}/rows?since=${stored.version}`, signal);
       take(answer);
       progress.show(stored.progress);
-      if (answer.rows.length) filter(true);
+      if (answer.rows.length && !all.length) window.dispatchEvent(new HashChangeEvent("hashchange")); // its columns are known now
+      else if (answer.rows.length) filter(true);
       message.replaceChildren();
     } catch (error) {
       if (error.name === "AbortError") return;
