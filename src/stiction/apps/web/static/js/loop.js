@@ -33,6 +33,7 @@ export async function render(root, { parts: [set, key], signal }) {
     const trends = await trendPlots(`${path}/trend`, loop.stretches, signal, loop.diagnosis?.oscillation?.oscillating ? loop.diagnosis.oscillation.period_s : null);
     drawn.push(trends);
     plots.replaceChildren(trends.element);
+    await trends.open();
   } catch (error) {
     if (error.name === "AbortError") return null;
     plots.replaceChildren(problem(error.message));

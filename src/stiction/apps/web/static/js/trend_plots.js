@@ -100,7 +100,6 @@ export async function trendPlots(path, stretches, signal, period = null) {
   picker.selectedIndex = spans.length - 1;
   if (period && CYCLES * period < length) {
     picker.selectedIndex = 0;
-    await show([length - CYCLES * period, length]);
   }
   const tools = h("div", { class: "row screen-only zoom-tools", role: "group", "aria-label": "Zoom" },
     picker, button("Whole record", "Show the whole record", () => [0, length]),
@@ -109,7 +108,8 @@ export async function trendPlots(path, stretches, signal, period = null) {
     button("←", "Earlier", (from, span) => [from - span * MOVE, from - span * MOVE + span]),
     button("→", "Later", (from, span) => [from + span * MOVE, from + span * MOVE + span]));
   const element = h("div", { class: "trends" }, tools, plots.map((one) => one.plot.figure), sentence);
-  return { element, show, about, destroy: () => plots.forEach((one) => one.plot.destroy()) };
+  const open = () => (picker.selectedIndex < spans.length - 1 ? show([length - spans[picker.selectedIndex][1], length]) : null);
+  return { element, show, open, about, destroy: () => plots.forEach((one) => one.plot.destroy()) };
 }
 
 function width() {
