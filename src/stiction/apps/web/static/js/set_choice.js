@@ -11,17 +11,17 @@ export async function setChoice(screen, wanted, signal, fits = () => true) {
   const select = h("select", { "aria-label": "Set of loops", onchange: () => (location.hash = `#/${screen}/${select.value}`) },
     sets.map((one) => h("option", { value: one.id, selected: one === current }, one.name)));
   const chosen = sets.length > 1 ? select : h("span", { class: "note" }, current?.name ?? "");
-  const element = h("span", { class: "row" }, chosen, openAudit(screen, answer.closed));
+  const element = h("span", { class: "row" }, chosen, openAudit(screen, current, answer.closed));
   return { element, current, sets };
 }
 
 /** A choice of the audits beside the open ones; the one that is chosen is opened. */
-function openAudit(screen, closed) {
+function openAudit(screen, current, closed) {
   if (!closed.length) return null;
   const choice = h("select", { "aria-label": "Open another audit", onchange: async () => {
     try {
       const opened = await sendJson("POST", "/api/sets", { name: choice.value });
-      location.hash = screen === "compare" ? `#/compare/${opened.id}?opened` : `#/${screen}/${opened.id}`;
+      location.hash = screen === "compare" && current ? `#/compare/${current.id}/${opened.id}` : `#/${screen}/${opened.id}`;
     } catch (error) {
       choice.selectedIndex = 0;
       choice.title = error.message;
