@@ -313,13 +313,6 @@ def mask_outliers(record: LoopRecord) -> LoopRecord:
     """Return a record in which outliers of OP, PV and valve position are missing, and counted.
 
     It is the same record when there are none, or when they were masked before: the rest would show others.
-
-    Examples
-    --------
-    >>> op = 50.0 + np.sin(np.arange(400.0))
-    >>> op[100] = -9999.0
-    >>> mask_outliers(LoopRecord("FIC-101", 1.0, op=op)).provenance.assumptions
-    ('1 value far from all others is taken as missing (such as OP -9999).',)
     """
     if record.provenance.outliers:
         return record

@@ -103,7 +103,7 @@ def read(
     max_gap : float, optional
         Longest time over which a value is held or interpolated [s].
     max_bytes : int
-        Size of a file after decompression up to which it is read [bytes].
+        Size of a file after decompression up to which it is read [bytes]; of Parquet and Arrow, of the columns read.
     max_memory : str or int, optional
         Memory that the reading of a loop may take [bytes], also as "2GB"; half of the machine when not given. Of a
         longer Parquet or Arrow file the last rows are read.
