@@ -43,7 +43,7 @@ _ROOMS: dict[str, tuple[str, ...]] = {
         "TwoMove",
         "VariablePulses",
     ),
-    "stiction.records": ("LoopRecord",),
+    "stiction.records": ("LoopRecord", "Records"),
     "stiction.sources": ("read",),
     "stiction.simulation": (
         "reduce_valve",
@@ -58,7 +58,7 @@ _ROOMS: dict[str, tuple[str, ...]] = {
         "exact_limit_cycles",
         "predict_limit_cycles",
     ),
-    "stiction.diagnosis": ("Diagnosis", "compare_models", "diagnose", "identify"),
+    "stiction.diagnosis": ("Diagnoses", "Diagnosis", "compare_models", "diagnose", "diagnose_all", "identify"),
     "stiction.valvetests": (
         "ValveTest",
         "analyse_ramp",

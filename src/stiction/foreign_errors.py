@@ -6,10 +6,16 @@ import errno
 
 from stiction.errors import RecordError, Setting, StictionError
 
-__all__ = ["DISK_FULL_ERRNOS", "data_error", "failure_of"]
+__all__ = ["DISK_FULL_ERRNOS", "damaged", "data_error", "failure_of"]
 
 DISK_FULL_ERRNOS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 """Error numbers of a full disk or an exceeded quota."""
+
+
+def damaged(where: str, error: BaseException, remedy: str = "copy or export it again") -> RecordError:
+    """Make the error of a file that a library cannot read, by what the library says."""
+    text = " ".join(str(error).split())[:200].rstrip(".") or type(error).__name__
+    return RecordError(f"is damaged ({text}); {remedy}.", where=where)
 
 
 def data_error(error: BaseException, where: str = "") -> StictionError | None:

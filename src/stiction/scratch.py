@@ -18,7 +18,7 @@ from stiction.file_lock import lock_file
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-__all__ = ["ScratchFolder", "inflated_once", "remove_abandoned", "run_folder", "shared_copies"]
+__all__ = ["ScratchFolder", "inflated_once", "leave_run", "remove_abandoned", "run_folder", "shared_copies"]
 
 PREFIX = "stiction-run-"
 OWNER_LOCK, MEMBERS = "owner.lock", "members.json"
@@ -44,6 +44,12 @@ def run_folder() -> Path:
     os.environ[RUN_VARIABLE] = str(folder)
     atexit.register(_remove_own, folder, os.getpid(), owner)
     return folder
+
+
+def leave_run() -> None:
+    """Do not use the folders of another run: this process was started by it, but is no worker of it."""
+    for name in (RUN_VARIABLE, SHARED_VARIABLE):
+        os.environ.pop(name, None)
 
 
 def remove_abandoned() -> None:

@@ -174,7 +174,7 @@ def test_frame_holds_time_and_signals(native: str, kind: type, start: datetime |
 
 
 def test_frame_of_several_records_has_their_tags() -> None:
-    frame = to_frame([record("A", 3), record("B", 2, auto=np.ones(2, bool))])
+    frame = to_frame([record("A", 3), record("B", 2, auto=np.ones(2, bool))], native="pandas")
     assert frame["tag"].tolist() == ["A"] * 3 + ["B"] * 2
     assert frame["auto"].isna().tolist() == [True] * 3 + [False] * 2
     assert to_frame([], native="polars").height == 0

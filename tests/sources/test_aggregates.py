@@ -13,6 +13,7 @@ K = np.arange(N)
 PV = np.round(150 + 8 * np.sin(K / 9), 3)
 OP = np.round(50 + 6 * np.cos(K / 9), 3)
 STAMPS = [f"2026-10-06 02:{k // 12:02d}:{5 * (k % 12):02d}" for k in K]
+SPREAD = 1.6 / np.ptp(np.quantile(OP, [0.01, 0.99]))
 KINDS = {"avg": 0.0, "min": -0.7, "max": 0.9}
 
 
@@ -53,6 +54,7 @@ def test_the_average_of_a_wide_table_is_taken(form, order, tmp_path):
     [record] = read(tmp_path, [",".join(names), *rows(*columns)])
     check(record)
     assert any(minimum.format("FIC1.PV") in note for note in record.provenance.assumptions)
+    assert record.provenance.interval_spread == pytest.approx(SPREAD, abs=1e-3)
 
 
 def test_the_aggregate_stands_in_a_second_row_of_headings(tmp_path):
@@ -105,7 +107,22 @@ def test_a_long_table_has_a_column_for_each_aggregate(order, tmp_path):
     lines = [f"tag,bucket,{','.join(names)}"]
     for tag, x in (("FIC1.PV", PV), ("FIC1.OP", OP)):
         lines += rows([tag] * N, STAMPS, *((x + KINDS[name]).round(3) for name in names))
-    check(*read(tmp_path, lines))
+    [record] = read(tmp_path, lines)
+    check(record)
+    assert record.provenance.interval_spread == pytest.approx(SPREAD, abs=1e-3)
+
+
+@pytest.mark.parametrize(("period", "severity"), [(600.0, "ok"), (50.0, "warn")])
+def test_averages_over_a_large_part_of_a_cycle_are_told(period, severity, tmp_path):
+    t = np.arange(20.0 * 400)
+    names, columns = ["time_s"], [20.0 * np.arange(400)]
+    for tag, x in (("PV", np.sin(2 * np.pi * t / period)), ("OP", np.cos(2 * np.pi * t / period))):
+        intervals = (50.0 + 5.0 * x).reshape(400, 20)
+        names += [f"FIC1.{tag} {kind}" for kind in KINDS]
+        columns += [intervals.mean(axis=1), intervals.min(axis=1), intervals.max(axis=1)]
+    [record] = read(tmp_path, [",".join(names), *rows(*columns)])
+    [found] = [one for one in st.records.assess_quality(record).checks if one.name == "averages"]
+    assert found.severity == severity
 
 
 def series(tags, extra):

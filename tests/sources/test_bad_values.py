@@ -10,7 +10,7 @@ import polars as pl
 import pytest
 
 from stiction.sources.values.bad_values import find_bad_values, find_common_states, find_sentinels
-from stiction.sources.values.status_codes import automatic_mask
+from stiction.sources.values.quality_codes import automatic_mask
 
 N = 600
 T = np.arange(N)

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import struct
 import sys
+import zlib
 from typing import TYPE_CHECKING, Any
 
 import h5py
 import numpy as np
 import polars as pl
 import pytest
+import scipy.sparse
 from scipy.io import savemat
 
 from stiction.errors import MissingExtraError, RecordError
@@ -207,3 +210,37 @@ def test_damage_on_which_scipy_crashes_is_refused(tmp_path: Path, place: int, va
     (tmp_path / "a.mat").write_bytes(data)
     with pytest.raises(RecordError, match=r"a.mat: is damaged .*save it again in MATLAB"):
         read(tmp_path / "a.mat")
+
+
+def test_sparse_matrix_beside_signals_is_left_out(tmp_path: Path) -> None:
+    path = tmp_path / "a.mat"
+    savemat(path, VARIABLES | {"gain": scipy.sparse.eye_array(4, format="csc")})
+    [source] = open_sources(path, ReadOptions())
+    [table] = matlab.read(source, ReadOptions())
+    assert table.header[0] == ["time", "pv", "op"]
+
+
+@pytest.mark.parametrize("compressed", [False, True])
+@pytest.mark.parametrize(
+    ("intact", "damage"),
+    [
+        (b"\x09\0\0\0\x90\x01\0\0", b"\x08\0\0\0\x90\x01\0\0"),  # a reserved type of data: scipy 1.17 crashes
+        (b"\x05\0\0\0\x08\0\0\0\x01\0\0\0\x32\0\0\0", b"\x05\0\0\0\x08\0\0\0\x01\0\0\0\x32\0\0\x32"),  # 800 M values
+        (b"\x05\0\0\0\x08\0\0\0\x01\0\0\0\x01\0\0\0", b"\x05\0\0\0\x08\0\0\0\x01\0\0\x40\x01\0\0\0"),  # 1 G structures
+    ],
+)
+def test_damaged_variable_is_refused_before_it_is_read(
+    tmp_path: Path, intact: bytes, damage: bytes, compressed: bool
+) -> None:
+    path = tmp_path / "a.mat"
+    savemat(path, {"loop": {name: np.arange(float(N)) for name in ("PV", "OP")}})
+    data = path.read_bytes()
+    assert intact in data
+    variable = data[128:].replace(intact, damage)
+    if compressed:
+        packed = zlib.compress(variable)
+        variable = struct.pack("<II", 15, len(packed)) + packed
+    path.write_bytes(data[:128] + variable)
+    [source] = open_sources(path, ReadOptions())
+    with pytest.raises(RecordError, match="is damaged"):
+        matlab.read(source, ReadOptions())

@@ -15,7 +15,7 @@ import pytest
 import stiction as st
 from stiction.errors import RecordError
 from stiction.sources.byte_source import open_sources
-from stiction.sources.formats import arrow, parquet
+from stiction.sources.formats import columnar
 from stiction.sources.options import ReadOptions
 
 if TYPE_CHECKING:
@@ -34,8 +34,8 @@ def loop_frame(n: int = 100, tag: str = "FIC101", start: datetime = START) -> pl
 
 def read(path: Path, options: ReadOptions | None = None) -> RawTable:
     source = open_sources(path, options or ReadOptions())[0]
-    page = next(page for page in (parquet, arrow) if page.recognises(source.head, path.name))
-    [table] = page.read(source, options or ReadOptions())
+    assert columnar.recognises(source.head, path.name)
+    [table] = columnar.read(source, options or ReadOptions())
     return table
 
 
@@ -87,7 +87,7 @@ def test_one_loop_of_300_columns_is_quick(tmp_path: Path) -> None:
     seconds = []
     for _ in range(5):
         began = time.process_time()
-        [table] = parquet.read(source, ReadOptions())
+        [table] = columnar.read(source, ReadOptions())
         table.load([0, 151, 152])
         seconds.append(time.process_time() - began)
     assert min(seconds) < 0.06  # 0.02 s on a quiet machine

@@ -18,7 +18,7 @@ from scipy.io import savemat
 from stiction.records.frames import to_frame
 from stiction.sources import read
 from stiction.sources.byte_source import open_sources
-from stiction.sources.formats import arrow, excel, matlab, parquet, text
+from stiction.sources.formats import columnar, excel, matlab, text
 from stiction.sources.frame import frame_to_table
 from stiction.sources.options import ReadOptions
 from stiction.sources.sql import read_database
@@ -99,9 +99,7 @@ def assert_same(table: RawTable) -> None:
 def test_files(tmp_path: Path, name: str) -> None:
     WRITERS[name](tmp_path / name)
     source = open_sources(tmp_path / name, ReadOptions())[0]
-    page = next(
-        page for page in (parquet, arrow, matlab, excel, text) if page.recognises(source.head, source.origin.name)
-    )
+    page = next(page for page in (columnar, matlab, excel, text) if page.recognises(source.head, source.origin.name))
     [table] = page.read(source, ReadOptions())
     assert_same(table)
 

@@ -115,3 +115,20 @@ def test_folder_of_a_dead_worker_is_removed(tmp_path: Path) -> None:
     assert not left.exists()
     own.delete()
     assert not own._path.exists()
+
+
+def test_command_started_by_a_run_has_a_folder_of_its_own(packed: Path, tmp_path: Path) -> None:
+    folder, foreign = tmp_path / "tmp", tmp_path / "of another run"
+    folder.mkdir()
+    foreign.mkdir()
+    before = foreign.stat().st_mtime_ns
+    names = (scratch.RUN_VARIABLE, scratch.SHARED_VARIABLE)
+    process = subprocess.run(
+        [sys.executable, "-m", "stiction", "read", str(packed)],
+        env={**os.environ, **dict.fromkeys(names, str(foreign)), "TMPDIR": str(folder)},
+        capture_output=True,
+        text=True,
+    )
+    assert process.returncode == 0, process.stderr
+    assert foreign.stat().st_mtime_ns == before  # nothing was ever in it
+    assert not list(folder.iterdir())

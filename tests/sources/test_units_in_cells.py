@@ -85,3 +85,25 @@ def test_a_unit_in_the_header_and_another_in_the_cells_is_refused(grafana, read_
     assert read_text(text.replace("FIC-1.PV", "FIC-1.PV [BAR]"))[0].provenance.pv_unit == "BAR"
     with pytest.raises(RecordError, match=r"column FIC-1.OP \[mA\]: its header says mA, its numbers say %"):
         read_text(text.replace("FIC-1.OP", "FIC-1.OP [mA]"))
+
+
+@pytest.mark.parametrize("heading", ["FIC-1.PV Unit", "FIC-1.PV.UOM", "Unit"])
+@pytest.mark.parametrize("small", ["l/h", "m3/h"])
+def test_units_in_a_column_beside_the_signal_of_a_wide_table_are_converted(heading, small, signals, read_text, table):
+    t, pv, op, _ = signals
+    is_small = np.arange(len(pv)) % 3 == 0
+    large, factor = ("m3/h", 1000.0) if small == "l/h" else ("l/h", 0.001)
+    written = np.where(is_small, pv * factor, pv)
+    units = np.where(is_small, small, large)
+    columns = [[str(one) for one in column] for column in (t, written, units, op)]
+    [record] = read_text(table(f"time_s,FIC-1.PV,{heading},FIC-1.OP", *columns))
+    np.testing.assert_allclose(record.pv, pv, rtol=1e-12)
+    assert record.provenance.pv_unit == large
+    assert any(f"converted to {large}" in note for note in record.provenance.assumptions)
+
+
+def test_unit_column_that_cannot_be_converted_is_refused(signals, read_text, table):
+    t, pv, op, _ = signals
+    units = ["t/h", *["m3/h"] * (len(pv) - 1)]
+    with pytest.raises(RecordError, match=r"mixes units .*m3/h.*t/h"):
+        read_text(table("time_s,FIC-1.PV,FIC-1.PV Unit,FIC-1.OP", t, pv, units, op))

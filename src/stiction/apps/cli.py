@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from stiction import __version__
 from stiction.errors import ParameterError, StictionError
-from stiction.scratch import remove_abandoned
+from stiction.scratch import leave_run, remove_abandoned
 
 if TYPE_CHECKING:
     from cyclopts import App, CycloptsError, Token
@@ -97,6 +97,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     0.1.0
     0
     """
+    if argv is None:
+        leave_run()
     try:
         with _termination_signals():
             return _run(list(sys.argv[1:] if argv is None else argv))

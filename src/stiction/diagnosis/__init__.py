@@ -1,5 +1,6 @@
 """Whose fault is it, and how much? From a record to a verdict."""
 
+from stiction.diagnosis.diagnoses import Diagnoses, diagnose_all
 from stiction.diagnosis.identification import Identification, ModelComparison, compare_models, identify
 from stiction.diagnosis.oscillation import find_oscillation
 from stiction.diagnosis.pipeline import diagnose
@@ -7,6 +8,7 @@ from stiction.diagnosis.result import Evidence, Oscillation
 from stiction.diagnosis.verdict.diagnosis import Diagnosis
 
 __all__ = [
+    "Diagnoses",
     "Diagnosis",
     "Evidence",
     "Identification",
@@ -14,6 +16,7 @@ __all__ = [
     "Oscillation",
     "compare_models",
     "diagnose",
+    "diagnose_all",
     "find_oscillation",
     "identify",
 ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from stiction.diagnosis.verdict.finding import is_backlash
 from stiction.diagnosis.verdict.model import log_odds, stiction_model
 from stiction.diagnosis.verdict.readings import compare_readings
 from stiction.errors import require_positive, require_probability
+from stiction.sources.one_loop import records_of_loop
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -34,8 +35,9 @@ __all__ = ["diagnose"]
 
 
 def diagnose(
-    record: LoopRecord | Sequence[LoopRecord],
+    record: LoopRecord | Sequence[LoopRecord] | Any,
     *,
+    tag: str | None = None,
     prior: float = 0.25,
     costs: Costs | None = None,
     smallest_S: float = DEFAULT_SMALLEST_S,
@@ -46,8 +48,10 @@ def diagnose(
     Parameters
     ----------
     record : LoopRecord or sequence of LoopRecord
-        A record of one loop, OP and PV at least, or several of the same loop. Long records are cut into windows, which
-        are judged one by one and pooled.
+        A record of one loop, OP and PV at least, or several of the same loop; or a path or data frame that holds one
+        loop. Long records are cut into windows, which are judged one by one and pooled.
+    tag : str, optional
+        The loop, where the path or frame holds several.
     prior : float
         Share of sticky valves where the record comes from [-].
     costs : Costs, optional
@@ -67,9 +71,11 @@ def diagnose(
     Raises
     ------
     RecordError
-        When a record has no PV at all, or is a path; or when records are not of one loop, or contradict each other.
+        When a record has no PV at all, or the path or frame cannot be read; or when records are not of one loop, or
+        contradict each other.
     ParameterError
-        When the prior is not between 0 and 1, or `smallest_S` is not positive.
+        When the path or frame holds several loops and `tag` names none of them, the prior is not between 0 and 1, or
+        `smallest_S` is not positive.
 
     Notes
     -----
@@ -84,7 +90,7 @@ def diagnose(
     """
     require_probability("prior", prior)
     smallest_S = require_positive("smallest_S", smallest_S, "% of span")
-    costs, records = costs or Costs(), order_records(record)
+    costs, records = costs or Costs(), order_records(records_of_loop(record, tag))
 
     def judge(segment: JudgedSegment, methods: bool) -> Diagnosis:
         return _diagnose(segment, prior, costs, smallest_S, methods)

@@ -9,10 +9,20 @@ from stiction.display.card import bar, card, paragraph, sparkline, table
 from stiction.display.duration_format import format_seconds, format_time
 from stiction.display.number_format import count_noun, format_interval, format_number, format_probability
 
-__all__ = ["group_html", "identification_html", "record_html", "trial_html", "verdict_html"]
+__all__ = [
+    "diagnoses_html",
+    "group_html",
+    "identification_html",
+    "record_html",
+    "records_html",
+    "trial_html",
+    "verdict_html",
+]
 
 VERDICTS = {"stiction": "The valve sticks", "no_stiction": "No stiction", "undecided": "Cannot tell"}
 """Verdict -> the headline of its card."""
+MAX_LISTED = 50
+"""Loops that a card of many lists [-]."""
 MAX_MEMBERS = 20
 """Loops of a group that a card lists [-]."""
 
@@ -24,6 +34,31 @@ def record_html(record: Any) -> str:
     missing = f" {format_number(record.missing_percent, '%')} missing." if record.missing_percent else ""
     title = f"{record.tag} ({record.loop_type})"
     return card(title, [paragraph(f"{length}{start}.{missing}"), *_drawings(record)])
+
+
+def records_html(records: Any) -> str:
+    """Return the card of Records: one line for each loop."""
+    rows = [
+        (
+            one.tag,
+            one.loop_type or "",
+            count_noun(len(one), "sample"),
+            format_seconds(one.duration),
+            format_time(one.start),
+        )
+        for one in records[:MAX_LISTED]
+    ]
+    more = len(records) - len(rows)
+    rest = [paragraph(f"and {count_noun(more, 'more loop')}")] if more else []
+    return card(count_noun(len(records), "loop"), [table(rows, ("loop", "type", "samples", "length", "from")), *rest])
+
+
+def diagnoses_html(diagnoses: Any, rows: list[tuple[str, str, str]]) -> str:
+    """Return the card of Diagnoses: loop, finding and next step of each."""
+    more = len(rows) - MAX_LISTED
+    rest = [paragraph(f"and {count_noun(more, 'more loop')}")] if more > 0 else []
+    rest += [paragraph(text) for text in diagnoses.failures[:MAX_LISTED]]
+    return card(repr(diagnoses)[1:-1], [table(rows[:MAX_LISTED], ("loop", "finding", "next step")), *rest])
 
 
 def verdict_html(diagnosis: Any) -> str:

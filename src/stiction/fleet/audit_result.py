@@ -10,6 +10,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from stiction.display.frames import as_native
 from stiction.errors import ParameterError, RecordError, Setting
 from stiction.fleet.audit_options import RUN_OPTIONS
 from stiction.fleet.folder import read_settings
@@ -102,9 +103,7 @@ class Audit:
         flat = [one | {"data_warnings": ", ".join(one["data_warnings"])} for one in flat]
         names = [name for name in NAMES if name not in nested]
         frame = pl.DataFrame(flat, schema=names, infer_schema_length=None)
-        if native not in ("polars", "pandas", "pyarrow"):
-            raise ParameterError(f"native = {native!r} is unknown; give 'polars', 'pandas' or 'pyarrow'.")
-        return frame if native == "polars" else frame.to_arrow() if native == "pyarrow" else frame.to_pandas()
+        return as_native(frame, native)
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready form, as `stiction audit --json` prints it."""

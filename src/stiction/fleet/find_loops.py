@@ -14,9 +14,9 @@ from stiction.errors import ParameterError, RecordError, Setting
 from stiction.fleet.database_parts import LOOPS_PER_PART, find_loops_of_table
 from stiction.fleet.source_parts import LoopPlace, SourcePart
 from stiction.sources import open_loops
+from stiction.sources.byte_source import list_files
 from stiction.sources.database_url import is_database_url, show_url
 from stiction.sources.historians.address import is_historian_url
-from stiction.sources.open_files import list_files
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -99,7 +99,7 @@ def work_list(audit: Audit, earlier: Audit | None = None) -> tuple[WorkItem, ...
     --------
     >>> from pathlib import Path
     >>> import stiction as st
-    >>> work_list(st.Audit(Path("plant"), [], [], {}, {}))
+    >>> st.work_list(st.Audit(Path("plant"), [], [], {}, {}))
     ()
     """
     labels = newest_labels(sorted((one for each in (earlier, audit) if each for one in read_labels(each.folder)),
@@ -141,11 +141,21 @@ def _make_item(
     task, check = (row.action, row.next_step) if kind in ("repair", "retune") else (row.next_step or row.action, "")
     S = row.text("S")
     return WorkItem(
-        row.tag, row.area, kind, KINDS[kind][1], row.finding_text or row.reason, task or row.reason,
-        "" if check == task else check, row.priority_reason,
-        f"{S} %" if S and row.op_unit == "% of span" else S, row.priority, tuple(follow), state,
-        _note(label) if label else "", result,
-    )  # fmt: skip
+        tag=row.tag,
+        area=row.area,
+        kind=kind,
+        crew=KINDS[kind][1],
+        finding_text=row.finding_text or row.reason,
+        task=task or row.reason,
+        check="" if check == task else check,
+        why=row.priority_reason,
+        S=f"{S} %" if S and row.op_unit == "% of span" else S,
+        priority=row.priority,
+        follow=tuple(follow),
+        state=state,
+        note=_note(label) if label else "",
+        result=result,
+    )
 
 
 def _day(time: str) -> str:

@@ -12,7 +12,15 @@ import numpy as np
 
 from stiction.display.json_form import Result, json_as
 from stiction.errors import ParameterError, require_count, require_kind, require_numbers, require_positive
-from stiction.limitcycle.exact.event_simulation import DIVERGED, SETTLED, STOPPED, TERMS, simulate_events
+from stiction.limitcycle.exact.event_simulation import (
+    DIVERGED,
+    SETTLED,
+    STOPPED,
+    TERMS,
+    RunLimits,
+    RunSpace,
+    simulate_events,
+)
 from stiction.limitcycle.exact.packed_loop import PackedLoop, pack_loop
 from stiction.limitcycle.result import LimitCycle
 from stiction.models.numba_compile import kernel
@@ -92,19 +100,15 @@ class _Starts(NamedTuple):
 
 
 @kernel
-def _run_block(
-    A, B, C, D, C_pv, D_pv, delay, sb, lag, rate, times, loads, z, x, up, most_turns, most_steps, tolerance, size, out
-):  # fmt: skip
+def _run_block(loop, starts, limits, size, out):
     """Run a block of starts; rows of `out`: status, period, OP amplitude, top level, slips in a turn, turns."""
+    z, x, times, loads = starts
     n = z.shape[1]
-    seg_t, seg_q = np.empty(size), np.empty((size, TERMS))
-    turns, states = np.empty((most_turns + 1, 9)), np.empty((most_turns + 1, n))
+    turns, states = np.empty((limits.turns + 1, 9)), np.empty((limits.turns + 1, n))
     none2, none = np.empty((0, 2)), np.empty(0)
+    space = RunSpace(np.empty(size), np.empty((size, TERMS)), turns, states, none2, none, none, none, none)
     for i in range(z.shape[0]):
-        status, k, _, _, period = simulate_events(
-            A, B, C, D, C_pv, D_pv, delay, sb, lag, rate, times[i], loads[i], z[i], x[i], up[i], most_turns, most_steps,
-            tolerance, seg_t, seg_q, turns, states, none2, none, none, none, none,
-        )  # fmt: skip
+        status, k, _, _, period = simulate_events(loop, times[i], loads[i], z[i], x[i], 1.0, limits, space)
         out[i, 0], out[i, 5] = status, period
         if period > 0:
             high, low, top, slips = -math.inf, math.inf, -math.inf, 0.0
@@ -217,25 +221,19 @@ def basin_map(
         heights[:, 0] = heights[:, 1]
     out = np.full((n, 6), np.nan)
     starts = _Starts(np.ascontiguousarray(z / m.scale), x, times, heights)
-    _run_in_threads(m, starts, (most_turns, tolerance), out, threads, progress)
+    _run_in_threads(m, starts, RunLimits(most_turns, 400_000, tolerance), out, threads, progress)
     return _label_starts(m, out, shape)
 
 
 def _run_in_threads(
-    m: PackedLoop, starts: _Starts, limits: tuple[int, float], out: NDArray[np.float64], threads: int, progress
+    m: PackedLoop, starts: _Starts, limits: RunLimits, out: NDArray[np.float64], threads: int, progress
 ) -> None:
-    """Run blocks of starts in threads, up to (turns, tolerance), and write the results to `out`."""
-    n = starts.x.shape[0]
-    up, run_block = np.ones(n), cast("Any", _run_block)
-    z, x, times, heights = starts
-    most_turns, tolerance = limits
+    """Run blocks of starts in threads, and write the results to `out`."""
+    n, run_block = starts.x.shape[0], cast("Any", _run_block)
 
     def work(first: int) -> int:
         cut = slice(first, min(first + _STARTS_PER_BLOCK, n))
-        run_block(
-            *m.arguments, times[cut], heights[cut], z[cut], x[cut], up[cut], most_turns, 400_000, tolerance, m.memory,
-            out[cut],
-        )  # fmt: skip
+        run_block(m.packed, _Starts(*(one[cut] for one in starts)), limits, m.memory, out[cut])
         return cut.stop - cut.start
 
     done = 0

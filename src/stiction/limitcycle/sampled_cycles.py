@@ -25,14 +25,14 @@ __all__ = ["sampled_limit_cycles"]
 
 
 @kernel
-def _run_sampled_loop(pid, model, p, A, b_new, b_old, c, d, delay, direct, sp, disturbance, start, nudge, op, pv, mv):
-    """Run the sampled loop over the length of `op` from (op, pv, mv); `nudge` is added to the first state."""
+def _run_sampled_loop(pid, model, p, process, sp, disturbance, start, signals):
+    """Run the sampled loop from the values `start` of OP, PV and stem, and fill `signals` with them."""
+    A, b_new, b_old, c, d, delay, direct = process
+    op, pv, mv = signals
     n, order = op.shape[0], c.shape[0]
     controller = pid_at_rest(start[0], start[1], pid)
     valve = valve_at_rest(model, start[0], start[2], p)
     x, work = np.zeros(order), np.zeros(order)
-    if order:
-        x[0] = nudge
     older = 0.0
     for k in range(n):
         y = start[1]
@@ -159,12 +159,12 @@ def _find_orbit(loop, sp, disturbance, op0, mv0, periods, longest, tolerance) ->
     """Run one start until it repeats; the run doubles until it has enough oscillations."""
     dt = loop.dt
     discrete = loop.process.discretise(dt)
-    head = (loop.controller.pack(dt), loop.valve.code, loop.valve.pack(dt), *discrete, float(sp), float(disturbance))
+    head = (loop.controller.pack(dt), loop.valve.code, loop.valve.pack(dt), discrete, float(sp), float(disturbance))
     start = np.array([op0, _static_gain(loop) * op0, mv0])
     n = 4096
     while True:
-        op, pv, mv = np.empty(n), np.empty(n), np.empty(n)
-        cast("Any", _run_sampled_loop)(*head, start, 0.0, op, pv, mv)
+        op, pv, mv = np.empty((3, n))
+        cast("Any", _run_sampled_loop)(*head, start, (op, pv, mv))
         ups = _upward_crossings(op)
         if ups.size > periods or n >= 1 << 21:
             break

@@ -89,6 +89,8 @@ def cache_folder() -> Path | None:
 def kernel(function: Function) -> Function:
     """Compile `function` on first call: no GIL, no fastmath, cached on disk if a folder is writable.
 
+    A division by zero gives infinity or NaN, as in C; it raises nothing.
+
     Set ``NUMBA_DISABLE_JIT=1`` to run the same source as plain Python.
     """
     return _compile(function, inline=False)
@@ -100,7 +102,7 @@ def inline_kernel(function: Function) -> Function:
 
 
 def _compile(function: Function, *, inline: bool) -> Function:
-    njit: Any = partial(numba.njit, nogil=True, forceinline=inline)
+    njit: Any = partial(numba.njit, nogil=True, error_model="numpy", forceinline=inline)
     config: Any = numba_config
     folder = cache_folder()
     if folder is None:

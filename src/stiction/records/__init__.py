@@ -5,6 +5,7 @@ from stiction.records.assess import Quality, assess_quality
 from stiction.records.check_result import CheckResult
 from stiction.records.read_summary import ReadSummary, summarise
 from stiction.records.record import LOOP_TYPES, LoopRecord, Provenance
+from stiction.records.record_list import Records
 
 __all__ = [
     "LOOP_TYPES",
@@ -13,6 +14,7 @@ __all__ = [
     "Provenance",
     "Quality",
     "ReadSummary",
+    "Records",
     "analysis_window",
     "assess_quality",
     "summarise",

@@ -148,15 +148,6 @@ def forward_fill_sp(
     `record`: a record of one loop. `first`, `last`: the samples ``first <= k < last`` to return; all by default. Gives
     `sp`: the set point without gaps [engineering units]; before the first stored value it has that value. None when it
     is unknown in their first half; `assumption`: what was assumed, in a sentence; empty when nothing was.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from stiction.records import LoopRecord
-    >>> op, sp = np.arange(4.0), np.array([np.nan, 3.0, np.nan, 4.0])
-    >>> filled, assumption = forward_fill_sp(LoopRecord("FIC-101", 1.0, op=op, sp=sp))
-    >>> filled.tolist(), assumption
-    ([3.0, 3.0, 3.0, 4.0], 'The set point of the first 1 of 4 samples is assumed to be the first stored one.')
     """
     if record.sp is None:
         return None, ""

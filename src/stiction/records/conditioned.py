@@ -86,16 +86,7 @@ class Conditioned:
 
 
 def condition(record: LoopRecord) -> Conditioned:
-    """Make a record ready for analysis; the part is empty when nothing can be analysed.
-
-    Examples
-    --------
-    >>> from stiction.records import LoopRecord
-    >>> t = np.arange(400.0)
-    >>> found = condition(LoopRecord("FIC-101", 1.0, op=50 + np.sin(t / 6.1), pv=np.round(3 + np.cos(t / 6.1), 2)))
-    >>> found.first, found.last, found.pv_step
-    (0, 400, 0.01)
-    """
+    """Make a record ready for analysis; the part is empty when nothing can be analysed."""
     return _conditioned(mask_outliers(record))
 
 

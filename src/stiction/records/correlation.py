@@ -22,11 +22,6 @@ def lagged_products(x: NDArray[np.float64], y: NDArray[np.float64], lags: int) -
 
     `x`, `y`: signals without gaps, usually about their means [any unit]. `lags`: number of lags, at most `n_samples`
     [samples]. Gives sums over the pairs of each lag [product of the units], shape (lags,).
-
-    Examples
-    --------
-    >>> lagged_products(np.array([1.0, 2.0, 3.0]), np.array([1.0, 2.0, 3.0]), 2).round(9).tolist()
-    [14.0, 8.0]
     """
     n = x.shape[0]
     # Block by block, each with the lags after it: for few lags many times as fast as in one piece.

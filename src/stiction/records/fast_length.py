@@ -12,23 +12,11 @@ ODD = tuple(3**threes * 5**fives for threes in range(6) for fives in range(4))
 
 @lru_cache(256)
 def next_fast_length(n: int) -> int:
-    """Smallest fast length of at least `n` samples.
-
-    Examples
-    --------
-    >>> next_fast_length(86_398), next_fast_length(257)
-    (86400, 270)
-    """
+    """Smallest fast length of at least `n` samples."""
     return min(odd << (-(-n // odd) - 1).bit_length() for odd in ODD)
 
 
 @lru_cache(256)
 def previous_fast_length(n: int) -> int:
-    """Largest fast length of at most `n` samples.
-
-    Examples
-    --------
-    >>> previous_fast_length(86_411), previous_fast_length(257)
-    (86400, 256)
-    """
+    """Largest fast length of at most `n` samples."""
     return max(odd << ((n // odd).bit_length() - 1) for odd in ODD if odd <= n)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stiction.display.frames import require_library
 from stiction.errors import MissingExtraError, ParameterError, RecordError
 
 if TYPE_CHECKING:
@@ -16,19 +17,18 @@ if TYPE_CHECKING:
 
 __all__ = ["SIGNALS", "as_records", "read_columns", "stack_records", "to_frame"]
 
-FRAME_LIBRARIES = ("pandas", "polars", "pyarrow")
 SIGNALS = ("pv", "op", "sp", "mv", "valve_signal", "auto")
 """Signals of a record, in the order of the columns."""
 
 
-def to_frame(records: Any, native: str = "pandas") -> Any:
+def to_frame(records: Any, native: str = "polars") -> Any:
     """Make a data frame of one or several records.
 
     Parameters
     ----------
     records : LoopRecord or sequence of LoopRecord
         What to put into the frame.
-    native : {"pandas", "polars", "pyarrow"}
+    native : {"polars", "pandas", "pyarrow"}
         Library of the frame.
 
     Returns
@@ -52,11 +52,10 @@ def to_frame(records: Any, native: str = "pandas") -> Any:
     --------
     >>> from stiction.records import LoopRecord
     >>> record = LoopRecord("FIC-101", 2.0, op=[50.0, 51.0], pv=[3.0, 3.1])
-    >>> to_frame(record, native="polars").rows()
+    >>> to_frame(record).rows()
     [(0.0, 3.0, 50.0), (2.0, 3.1, 51.0)]
     """
-    if native not in FRAME_LIBRARIES:
-        raise ParameterError(f"native = {native!r} is unknown; give one of {', '.join(FRAME_LIBRARIES)}.")
+    require_library(native)
     is_single = _is_record(records)
     loops = as_records(records)
     names = [name for name in SIGNALS if any(getattr(loop, name) is not None for loop in loops)]

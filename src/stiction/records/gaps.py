@@ -32,13 +32,7 @@ MAX_BRIDGED_SHARE = 0.2
 
 
 def missing_mask(op: NDArray[np.float64], pv: NDArray[np.float64] | None = None) -> NDArray[np.bool_]:
-    """Mark the samples in which OP or PV is missing, shape (n_samples,).
-
-    Examples
-    --------
-    >>> missing_mask(np.array([1.0, np.nan, 2.0]), np.array([1.0, 2.0, np.inf])).tolist()
-    [False, True, True]
-    """
+    """Mark the samples in which OP or PV is missing, shape (n_samples,)."""
     return ~np.isfinite(op) if pv is None else ~(np.isfinite(op) & np.isfinite(pv))
 
 
@@ -46,12 +40,6 @@ def forward_fill(x: NDArray[np.float64], *, fill_start: bool = False) -> NDArray
     """Replace each missing value by the last value before it, shape (n_samples,) [unit of `x`].
 
     Missing values before the first value stay NaN, or get that first value with `fill_start`.
-
-    Examples
-    --------
-    >>> x = np.array([np.nan, 1.0, np.nan, 2.0])
-    >>> forward_fill(x).tolist(), forward_fill(x, fill_start=True).tolist()
-    ([nan, 1.0, 1.0, 2.0], [1.0, 1.0, 1.0, 2.0])
     """
     known = np.isfinite(x)
     if known.all():
@@ -61,25 +49,13 @@ def forward_fill(x: NDArray[np.float64], *, fill_start: bool = False) -> NDArray
 
 
 def interpolate_gaps(x: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Replace missing values by lines between their neighbours, and by the nearest value at the ends [unit of `x`].
-
-    Examples
-    --------
-    >>> interpolate_gaps(np.array([1.0, np.nan, 2.0, np.nan])).tolist()
-    [1.0, 1.5, 2.0, 2.0]
-    """
+    """Replace missing values by lines between their neighbours, and by the nearest value at the ends [unit of `x`]."""
     known = np.flatnonzero(np.isfinite(x))
     return x if known.size in (0, x.size) else np.interp(np.arange(x.size), known, x[known])
 
 
 def fill_short_gaps(x: NDArray[np.float64], max_gap: int = MAX_FILLED_GAP) -> NDArray[np.float64]:
-    """Replace missing values by the last value before them in gaps of at most `max_gap` samples [unit of `x`].
-
-    Examples
-    --------
-    >>> fill_short_gaps(np.array([1.0, np.nan, 2.0, np.nan, np.nan]), max_gap=1).tolist()
-    [1.0, 1.0, 2.0, nan, nan]
-    """
+    """Replace missing values by the last value before them in gaps of at most `max_gap` samples [unit of `x`]."""
     missing = ~np.isfinite(x)
     if not missing.any():
         return x

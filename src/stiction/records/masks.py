@@ -22,15 +22,7 @@ __all__ = ["RecordMasks"]
 
 @dataclass(frozen=True, eq=False)
 class RecordMasks:
-    """Where OP of a record is at a limit or moved in manual, and where PV is frozen.
-
-    Examples
-    --------
-    >>> from stiction.records import LoopRecord
-    >>> op = np.concatenate([np.linspace(80.0, 100.0, 20), np.full(11, 100.0), [90.0, 80.0]])
-    >>> int(RecordMasks(LoopRecord("FIC-101", 1.0, op=op)).at_limit.sum())
-    12
-    """
+    """Where OP of a record is at a limit or moved in manual, and where PV is frozen."""
 
     record: LoopRecord
     """The record, outliers missing."""

@@ -41,13 +41,6 @@ def average_by_phase(x: NDArray[np.float64], band: NDArray[np.float64], samples_
     `x`: signal that is averaged [any unit]. `band`: signal whose rises through zero begin the cycles [any unit].
     `samples_per_period`: usual length of a cycle [samples]; cycles that differ from it by half or more are left out.
     Gives the means; without a cycle all are 0.
-
-    Examples
-    --------
-    >>> wave = np.sin(2 * np.pi * np.arange(4000) / 400)
-    >>> found = average_by_phase(3.0 * wave + 1.0, wave, 400.0)
-    >>> found.n_cycles, bool(np.abs(found.values() - 3.0 * wave[found.inside]).max() < 0.05)
-    (9, True)
     """
     positive = band > 0.0
     at = np.flatnonzero(~positive[:-1] & positive[1:])

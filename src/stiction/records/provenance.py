@@ -36,6 +36,9 @@ class Provenance:
     """Samples for which the reader repeated an earlier value, because the time stamps were uneven [-]."""
     unchanged_samples: int = 0
     """How many of `held_samples` the source left out because the value had not changed [-]."""
+    interval_spread: float = 0.0
+    """Median range of OP or PV within the intervals of which the source gives averages, over the 98 % range of these,
+    the larger one [-]; 0 where the source gives no minima and maxima."""
     outliers: int = 0
     """Values far from all others that count as missing (see `quality.find_outliers`) [-]."""
     pv_unit: str = ""

@@ -17,11 +17,6 @@ def quantiles(x: NDArray[np.float64], *shares: float) -> tuple[float, ...]:
     """Quantiles of a signal, NaN left out [unit of `x`]; NaN when all values are missing.
 
     Much faster than `numpy.nanquantile`.
-
-    Examples
-    --------
-    >>> quantiles(np.array([4.0, np.nan, 1.0, 2.0]), 0.0, 0.25, 1.0)
-    (1.0, 1.5, 4.0)
     """
     known = x[~np.isnan(x)]
     return tuple(np.quantile(known, shares).tolist()) if known.size else (math.nan,) * len(shares)
@@ -31,10 +26,5 @@ def robust_std(x: NDArray[np.float64], centre: float | None = None) -> float:
     """Standard deviation of a normal distribution with the same median absolute deviation [unit of `x`].
 
     It is 1.4826 times the median of the distances from `centre`, by default the median. A few outliers have no effect.
-
-    Examples
-    --------
-    >>> round(robust_std(np.array([1.0, 2.0, 3.0, 4.0, 900.0])), 4)
-    1.4826
     """
     return 1.4826 * float(np.median(np.abs(x - (np.median(x) if centre is None else centre))))

@@ -190,8 +190,8 @@ class LoopRecord:
         names = {"op": op, "pv": pv, "sp": sp, "mv": mv, "auto": auto}
         return cls(tag, loop_type=loop_type, **read_columns(frame, names, time=time, dt=dt, tag=tag))
 
-    def to_frame(self, native: str = "pandas") -> Any:
-        """Make a data frame of "pandas", "polars" or "pyarrow"; see `stiction.records.frames.to_frame`."""
+    def to_frame(self, native: str = "polars") -> Any:
+        """Make a data frame of "polars", "pandas" or "pyarrow"; see `stiction.records.frames.to_frame`."""
         from stiction.records.frames import to_frame
 
         return to_frame(self, native)
@@ -210,6 +210,10 @@ class LoopRecord:
         if axes is not None and np.shape(np.asarray(axes, dtype=object)) != (2,):
             raise ParameterError("axes is not a sequence of two Axes; give one for PV and one for OP.")
         return plot_record(self, axes)
+
+    def __repr__(self) -> str:
+        """Tag, length and kind in one line."""
+        return f"<LoopRecord {self.tag}: {len(self)} samples every {self.dt:g} s, {self.loop_type or 'type unknown'}>"
 
     def _repr_html_(self) -> str:
         from stiction.display.notebook import record_html
@@ -309,13 +313,6 @@ def mask_outliers(record: LoopRecord) -> LoopRecord:
     """Return a record in which outliers of OP, PV and valve position are missing, and counted.
 
     It is the same record when there are none, or when they were masked before: the rest would show others.
-
-    Examples
-    --------
-    >>> op = 50.0 + np.sin(np.arange(400.0))
-    >>> op[100] = -9999.0
-    >>> mask_outliers(LoopRecord("FIC-101", 1.0, op=op)).provenance.assumptions
-    ('1 value far from all others is taken as missing (such as OP -9999).',)
     """
     if record.provenance.outliers:
         return record

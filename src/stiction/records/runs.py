@@ -13,25 +13,13 @@ __all__ = ["is_rarely_constant", "run_bounds", "run_lengths", "runs", "varies_wi
 
 
 def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """First sample, and one past the last sample, of every run of True.
-
-    Examples
-    --------
-    >>> runs(np.array([True, False, True, True]))
-    [(0, 1), (2, 4)]
-    """
+    """First sample, and one past the last sample, of every run of True."""
     edges = run_bounds(mask).ravel().tolist()
     return list(zip(edges[::2], edges[1::2], strict=True))
 
 
 def run_bounds(mask: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """The same as `runs`, as an array of shape (n_runs, 2): for masks that may have many runs.
-
-    Examples
-    --------
-    >>> run_bounds(np.array([True, False, True, True])).tolist()
-    [[0, 1], [2, 4]]
-    """
+    """The same as `runs`, as an array of shape (n_runs, 2): for masks that may have many runs."""
     padded = np.zeros(mask.size + 2, dtype=bool)
     padded[1:-1] = mask
     return np.flatnonzero(padded[1:] != padded[:-1]).reshape(-1, 2)

@@ -31,13 +31,6 @@ def fit_line(x: NDArray, y: NDArray) -> FittedLine:
 
     `x`, `y`, of shape (n_points,): points without gaps; at least two values of `x` differ [any units]. Gives the line
     with the smallest sum of squared distances in `y`.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> line = fit_line(np.array([0.0, 1.0, 2.0]), np.array([1.0, 3.0, 5.0]))
-    >>> line.slope, float(line.at(10.0))
-    (2.0, 21.0)
     """
     x_mean = x.mean()
     centred = x - x_mean

@@ -45,7 +45,6 @@ __all__ = [
     "headline",
     "method_label",
     "pv_unit",
-    "shows_size",
     "stiction_size",
     "time_unit",
     "unique_loop_names",
@@ -154,15 +153,10 @@ def stiction_size(identification: Identification, record: LoopRecord) -> str:
     return f"S\u00a0=\u00a0{S}\u00a0{record.op_unit} (95\u00a0%: {S_low} to {S_high}), J\u00a0{jump}"
 
 
-def shows_size(diagnosis: Diagnosis) -> bool:
-    """Whether the finding is stiction or play, so that S is its size and not only that of the best fit."""
-    return diagnosis.verdict == "stiction" or diagnosis.finding == "backlash"
-
-
 def S_text(diagnosis: Diagnosis) -> str:
     """Return S with its interval, and its unit if that is not % of span; empty unless stiction or play is found."""
     identification = diagnosis.identification
-    if identification is None or not shows_size(diagnosis):
+    if identification is None or not diagnosis.shows_size:
         return ""
     S, low, high = format_interval(identification.S, identification.S_low, identification.S_high)
     unit = "" if diagnosis.record.op_in_percent else f"\u00a0{diagnosis.record.op_unit_short}"
@@ -184,7 +178,7 @@ def headline(diagnosis: Diagnosis) -> str:
     if not diagnosis.loop_state.in_control:
         return f"{HEADLINES[diagnosis.loop_state.state]}: cannot tell whether the valve sticks"
     line = FINDINGS[diagnosis.finding]
-    if shows_size(diagnosis):
+    if diagnosis.shows_size:
         return line if found is None else f"{line}: {stiction_size(found, diagnosis.record)}"
     return line if diagnosis.finding == "cannot_tell" else f"{line}; {_valve_text(diagnosis)}"
 

@@ -11,6 +11,7 @@ import numpy as np
 from stiction.display.number_format import count_noun
 from stiction.errors import RecordError
 from stiction.records.quality.compression import is_stored_on_change
+from stiction.records.quality.quantisation import robust_range
 from stiction.records.record import LoopRecord, Provenance
 from stiction.sources.layouts.headings import table_headings
 from stiction.sources.roles.loop_roles import NUMERIC_ROLES, column_label
@@ -20,8 +21,8 @@ from stiction.sources.time.align import TagSeries, align_tags
 from stiction.sources.time.grid import Grid, regular_grid
 from stiction.sources.time.time_columns import missing_time_error
 from stiction.sources.values.bad_values import find_bad_values
+from stiction.sources.values.quality_codes import automatic_mask
 from stiction.sources.values.span import op_to_percent, position_to_percent
-from stiction.sources.values.status_codes import automatic_mask
 
 if TYPE_CHECKING:
     from datetime import datetime
@@ -82,6 +83,7 @@ class RecordBuilder:
             mv_range = self.options.mv_range or loop.spans.get("mv") or same_unit
             mv = position_to_percent(position, units["mv"], op.values, mv_range=mv_range, op_range=op_range)
             signals["mv"], notes = mv.values, [*notes, *mv.notes]
+        spreads = {role: _relative_spread(column, values[role]) for role, column in columns.items() if column.spread}
         missing = ~np.isfinite(op.values)
         if "pv" in signals:
             missing |= ~np.isfinite(signals["pv"])
@@ -116,6 +118,7 @@ class RecordBuilder:
                 summer_time=sampled.dst_changes,
                 held_samples=sampled.held,
                 unchanged_samples=sampled.unchanged,
+                interval_spread=max(spreads.values(), default=0.0),
                 pv_unit=units.get("pv", ""),
                 op_unit=op.unit,
                 unused_columns=tuple(loop.unused),
@@ -234,6 +237,13 @@ class _Sampled:
     clock_jumps: int
     dst_changes: int
     unchanged: int = 0
+
+
+def _relative_spread(column: TagColumn, averages: NDArray[np.float64]) -> float:
+    """Median range of a signal within the intervals of its averages, over the 98 % range of these [-]."""
+    spread = column.spread() if column.spread else np.empty(0)
+    known, width = spread[np.isfinite(spread)], robust_range(averages)
+    return float(np.median(known)) / width if known.size and width > 0.0 else 0.0
 
 
 def _automatic(loop: LoopRoles, rows: NDArray[np.int64], notes: list[str]) -> NDArray[np.bool_] | None:

@@ -1,19 +1,20 @@
-"""Bytes of a source: a path, standard input or an open binary file, as a file on disk that a format can parse."""
+"""The files of a source: a path, folder, pattern, stream or a list of these, each as a file that a format can parse."""
 
 from __future__ import annotations
 
 import hashlib
 import os
+import re
 import sys
 from dataclasses import dataclass, field
 from functools import partial
+from glob import glob, has_magic
 from pathlib import Path
-from typing import TYPE_CHECKING, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 from stiction.errors import RecordError
 from stiction.scratch import ScratchFolder, inflated_once
 from stiction.sources.compression import ByteLimit, inflate
-from stiction.sources.refused_kinds import refuse_kind
 from stiction.sources.table import Origin
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 
     from stiction.sources.options import ReadOptions
 
-__all__ = ["HEAD_BYTES", "ByteSource", "open_sources"]
+__all__ = ["HEAD_BYTES", "ByteSource", "list_files", "list_paths", "open_files", "open_sources", "source_name"]
 
 HEAD_BYTES = 65_536
 """Bytes by which a format is recognised."""
@@ -29,6 +30,8 @@ CHUNK_BYTES = 1 << 20
 MAX_DIGEST_BYTES = 256_000_000
 """Size of a file above which no digest is made [bytes]."""
 
+COLUMNAR = (b"PAR1", b"ARROW1")
+"""First bytes of files of which only the columns of a loop are read, whatever their size."""
 _BLANK = b" \t\r\n\0\xef\xbb\xbf\xff\xfe"
 
 
@@ -54,16 +57,7 @@ class ByteSource:
 
 
 def open_sources(path: str | os.PathLike[str] | BinaryIO, options: ReadOptions) -> list[ByteSource]:
-    """Open a path, "-" (standard input) or a binary file, decompressed; a zip archive gives several sources.
-
-    Examples
-    --------
-    >>> import gzip, io
-    >>> from stiction.sources.options import ReadOptions
-    >>> [source] = open_sources(io.BytesIO(gzip.compress(b"time,PV,OP")), ReadOptions())
-    >>> source.origin.name, source.size, source.head
-    ('stream', 10, b'time,PV,OP')
-    """
+    """Open a path, "-" (standard input) or a binary file, decompressed; a zip archive gives several sources."""
     scratch = ScratchFolder()
     try:
         sources = list(_decompress(_store(path, options.max_bytes, scratch)))
@@ -95,10 +89,13 @@ def _store(path: str | os.PathLike[str] | BinaryIO, max_bytes: int, scratch: Scr
 def _check_file(file: BinaryIO, name: str, max_bytes: int) -> int:
     """Give the size of a file on disk, and refuse one that is too large or holds only blanks."""
     size = os.fstat(file.fileno()).st_size
-    ByteLimit(name, max_bytes).add(size)
-    while chunk := file.read(HEAD_BYTES):
+    chunk = file.read(HEAD_BYTES)
+    if not chunk.startswith(COLUMNAR):
+        ByteLimit(name, max_bytes).add(size)
+    while chunk:
         if chunk.strip(_BLANK):
             return size
+        chunk = file.read(HEAD_BYTES)
     raise _empty(name)
 
 
@@ -186,3 +183,87 @@ def _decompress(source: ByteSource, *, is_member: bool = False) -> Iterator[Byte
 def _read_head(path: Path) -> bytes:
     with open(path, "rb") as file:
         return file.read(HEAD_BYTES)
+
+
+_REFUSED = {
+    b"%PDF": ("a PDF document", "export the trend as CSV"),
+    **dict.fromkeys((b"\x7fELF", b"MZ\x90\x00", b"\xcf\xfa\xed\xfe"), ("a program", "give the data file")),
+    **dict.fromkeys(
+        (b"\x89PNG", b"\xff\xd8\xff", b"GIF8", b"II*\x00", b"MM\x00*"),
+        ("a picture", "export the numbers of the trend as CSV"),
+    ),
+    b"\x93NUMPY": ("a NumPy array", "save it with column names as CSV or Parquet"),
+    b"SQLite format 3\x00": ("an SQLite database", "give its URL, sqlite:///FILE, and a table or a query"),
+    **dict.fromkeys(
+        (b"7z\xbc\xaf\x27\x1c", b"Rar!", b"BZh91AY&SY", b"\xfd7zXZ"),
+        ("an archive of a kind that cannot be read", "unpack it first"),
+    ),
+}
+"""First bytes -> what holds no records, and the remedy."""
+MIN_ZEROS = 65_536
+"""Zeros at the beginning of a file that is refused [bytes]."""
+_LINE_PROTOCOL = re.compile(rb"[\w./-]+(?:,[\w./-]+=[^\s,=]+)* [\w./-]+=[^\s,=]+(?:,[\w./-]+=[^\s,=]+)* \d{10,19}\s*")
+_HTML = (b"<!doctype html", b"<html")
+
+
+def refuse_kind(name: str, head: bytes) -> None:
+    """Refuse by its first bytes what holds no records, before the rest of a long stream is read."""
+    kind = next((kind for start, kind in _REFUSED.items() if head.startswith(start)), None)
+    if head[:2] in (b"\x80\x02", b"\x80\x03", b"\x80\x04", b"\x80\x05"):
+        kind = "a Python pickle, which may run code when it is read", "save the frame as CSV or Parquet"
+    elif head[257:262] == b"ustar":
+        kind = "a tar archive", "unpack it first"
+    elif all(map(_LINE_PROTOCOL.fullmatch, head.split(b"\n", 3)[:2])):
+        kind = "InfluxDB line protocol", "export it as CSV (influx query --raw)"
+    elif head[:64].lstrip().lower().startswith(_HTML):
+        kind = "an HTML page", "open it in a spreadsheet program and save it as CSV or xlsx"
+    elif len(head) >= MIN_ZEROS and not head.strip(b"\0"):
+        kind = "binary and begins with zeros only", "export the loop as CSV"
+    if kind:
+        raise RecordError(f"is {kind[0]}; {kind[1]}.", where=name)
+
+
+def open_files(source: Any, options: ReadOptions) -> list[ByteSource]:
+    """Open a path, folder, pattern, "-", binary file, or list of these; an archive gives several files."""
+    return [one for path in list_paths(source) for one in open_sources(path, options)]
+
+
+def list_paths(source: Any) -> list[Any]:
+    """List the files of a path, folder, pattern, "-", binary file, or list of these."""
+    paths: list[Any] = []
+    for part in source if isinstance(source, (list, tuple)) else [source]:
+        paths += list_files(part) if isinstance(part, (str, os.PathLike)) and part != "-" else [part]
+    if not paths:
+        raise RecordError("the list of files is empty; give one or more.")
+    return paths
+
+
+def source_name(path: Any) -> str:
+    """Name of a path or stream, for messages."""
+    return os.fspath(path) if isinstance(path, (str, os.PathLike)) else str(getattr(path, "name", "stream"))
+
+
+def list_files(source: str | os.PathLike[str], *, subfolders: bool = False) -> list[str]:
+    """List the files of a path, a folder or a pattern; hidden ones are left out.
+
+    Raises
+    ------
+    RecordError
+        When the folder or the pattern has none.
+    """
+    text = os.fspath(source)
+    if os.path.isdir(text):
+        inside = Path(text).rglob("*") if subfolders else Path(text).iterdir()
+        files = sorted(
+            str(path) for path in inside
+            if path.is_file() and not any(name.startswith(".") for name in path.relative_to(text).parts)
+        )  # fmt: skip
+        if not files:
+            raise RecordError("is a folder without files; give the folder that contains the exports.", where=text)
+        return files
+    if has_magic(text) and not os.path.exists(text):
+        files = sorted(path for path in glob(text, recursive=True) if os.path.isfile(path))
+        if not files:
+            raise RecordError("no file matches this pattern; check the folder and the spelling.", where=text)
+        return files
+    return [text]

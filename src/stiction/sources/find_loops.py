@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 from stiction.errors import MissingExtraError, ParameterError, RecordError, StictionError
 from stiction.foreign_errors import data_error, failure_of
-from stiction.sources.byte_source import open_sources
+from stiction.sources.byte_source import list_paths, open_sources, source_name
 from stiction.sources.database_url import is_database_url
 from stiction.sources.historians.address import is_historian_url
 from stiction.sources.join_files import complete_loops, join_same_tags
 from stiction.sources.loops import Loops, SourceFailure, time_positions
-from stiction.sources.open_files import list_paths, source_name
 from stiction.sources.options import ReadOptions
 from stiction.sources.roles.assign import assign_roles
 
@@ -165,10 +164,10 @@ def _open_alone(
 
 def _open_stored_records(source: ByteSource, options: ReadOptions) -> StoredRecords | None:
     """Open a file of records; None when it is none, or an option says how to read it as a table."""
-    from stiction.sources.formats import parquet
+    from stiction.sources.formats.columnar import is_parquet
 
     plain = ReadOptions(tag=options.tag, max_bytes=options.max_bytes, timezone=options.timezone)
-    if options != plain or not parquet.recognises(source.head, source.origin.name):
+    if options != plain or not is_parquet(source.head):
         return None
     from stiction.sources.formats.stored_records import open_records
 

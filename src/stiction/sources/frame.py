@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import narwhals as nw
+import polars as pl
+
 from stiction.errors import RecordError
 from stiction.sources.table import Origin, RawTable
 from stiction.sources.typed_table import join_levels, make_series, typed_table
@@ -11,7 +14,6 @@ from stiction.sources.typed_table import join_levels, make_series, typed_table
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    import polars as pl
     from narwhals import Series
 
 
@@ -25,9 +27,6 @@ def frame_to_table(frame: Any, name: str = "") -> RawTable:
     joined by a dot. Units are read from ``frame.attrs["units"]`` (pandas) and from the fields' metadata (pyarrow). A
     loop whose columns name none has the tag `name`, else ``frame.attrs["tag"]``, else "frame".
     """
-    import narwhals as nw
-    import polars as pl
-
     attrs: dict[str, Any] = dict(getattr(frame, "attrs", None) or {})
     units = {join_levels(column): str(unit) for column, unit in dict(attrs.get("units") or {}).items()}
     origin = Origin("frame", name or str(attrs.get("tag") or "frame"))
@@ -62,9 +61,6 @@ def frame_to_table(frame: Any, name: str = "") -> RawTable:
 
 def _to_polars(series: Series) -> pl.Series:
     """Convert one column of another library, without pyarrow."""
-    import narwhals as nw
-    import polars as pl
-
     dtype = series.dtype
     if dtype.is_numeric():
         return pl.Series(series.cast(nw.Float64).to_numpy()).fill_nan(None)

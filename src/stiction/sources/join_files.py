@@ -9,6 +9,7 @@ from pathlib import PurePath
 from typing import TYPE_CHECKING
 
 import numpy as np
+import polars as pl
 
 from stiction.display.number_format import count_noun
 from stiction.errors import RecordError
@@ -21,7 +22,6 @@ from stiction.sources.table import Clock
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    import polars as pl
     from numpy.typing import NDArray
 
     from stiction.sources.options import ReadOptions
@@ -215,8 +215,6 @@ def _relation(one: Columns, other: Columns) -> dict[str, NDArray[np.int64]] | st
 
 def _are_equal(one: pl.Series, other: pl.Series) -> bool:
     """Whether cells are the same text or the same number."""
-    import polars as pl
-
     texts, numbers = ([x.cast(kind, strict=False) for x in (one, other)] for kind in (pl.String, pl.Float64))
     return bool((texts[0].eq_missing(texts[1]) | numbers[0].eq(numbers[1]).fill_null(value=False)).all())
 
@@ -258,8 +256,6 @@ def _concat_clocks(clocks: Sequence[Clock]) -> Clock:
 
 def _stack(loads: Sequence[Callable[[], pl.Series]]) -> pl.Series:
     """Cells of several files under each other; of several types as numbers, else as text."""
-    import polars as pl
-
     cells = [load() for load in loads]
     kinds = {one.dtype for one in cells}
     if len(kinds) > 1:
@@ -272,8 +268,6 @@ def _blank(beside: TagColumn, name: str) -> TagColumn:
     """A column without values, with the rows of another one."""
 
     def load() -> pl.Series:
-        import polars as pl
-
         return pl.repeat(None, len(beside.cells), dtype=beside.cells.dtype, eager=True)
 
     return replace(beside, name=name, load=load, flags={}, position=None)

@@ -7,6 +7,7 @@ from dataclasses import fields
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 from stiction.errors import ParameterError
+from stiction.records.record_list import Records
 from stiction.sources.find_loops import find_loops
 from stiction.sources.options import MAX_BYTES, ReadOptions
 
@@ -14,7 +15,6 @@ if TYPE_CHECKING:
     import os
     from datetime import datetime
 
-    from stiction.records.record import LoopRecord
     from stiction.sources.loops import Loops
 
 __all__ = ["open_loops", "read"]
@@ -64,7 +64,7 @@ def read(
     tags: Sequence[str] | None = None,
     since: datetime | str | float | None = None,
     until: datetime | str | float | None = None,
-) -> list[LoopRecord]:
+) -> Records:
     """Read every control loop of a source.
 
     Parameters
@@ -103,7 +103,7 @@ def read(
     max_gap : float, optional
         Longest time over which a value is held or interpolated [s].
     max_bytes : int
-        Size of a file after decompression up to which it is read [bytes].
+        Size of a file after decompression up to which it is read [bytes]; of Parquet and Arrow, of the columns read.
     max_memory : str or int, optional
         Memory that the reading of a loop may take [bytes], also as "2GB"; half of the machine when not given. Of a
         longer Parquet or Arrow file the last rows are read.
@@ -124,8 +124,9 @@ def read(
 
     Returns
     -------
-    list of LoopRecord
-        One for each loop, evenly sampled. All assumptions stand in ``record.provenance.assumptions``.
+    Records
+        A list with a record for each loop, evenly sampled; a tag is an index too. All assumptions stand in
+        ``record.provenance.assumptions``.
 
     Raises
     ------
@@ -150,7 +151,7 @@ def read(
         good_codes=good_codes, keep_uncertain=keep_uncertain, query=query, table=table, time=time,
         value=value, quality=quality, tag_column=tag_column, tags=tags, since=since, until=until,
     )  # fmt: skip
-    return loops.read()
+    return Records(loops.read())
 
 
 def open_loops(source: Any, **options: Any) -> Loops:

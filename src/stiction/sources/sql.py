@@ -5,6 +5,8 @@ from __future__ import annotations
 from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
+import polars as pl
+
 from stiction.errors import ParameterError, RecordError, Setting
 from stiction.sources.database_url import connect, make_engine, refused_as, show_url
 from stiction.sources.options import MAX_BYTES
@@ -14,7 +16,6 @@ from stiction.sources.typed_table import make_series, typed_table
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    import polars as pl
     from sqlalchemy import Column, Connection, Table
 
     from stiction.sources.table import RawTable
@@ -48,8 +49,6 @@ def read_database(
     map signals to columns, and `tag` is the column of tags. Rows are in the order of time when that column holds times
     or numbers. No message holds a password.
     """
-    import polars as pl
-
     if (query is None) == (table is None):
         raise ParameterError("give either query, a SELECT, or table, the name of a table.")
     if tag is not None and (time is None or value is None):
@@ -153,8 +152,6 @@ def _bound(limit: Any, kind: Any) -> Any:
 
 def _fetch(connection: Connection, statement: Any, url: str, max_bytes: int) -> pl.DataFrame:
     """Run a statement and fetch its rows in chunks."""
-    import polars as pl
-
     options = {"stream_results": True, "yield_per": CHUNK_ROWS}
     with refused_as("refuses the query", url, "correct it"):
         if isinstance(statement, str):
@@ -182,8 +179,6 @@ def _fetch(connection: Connection, statement: Any, url: str, max_bytes: int) -> 
 
 def _join(parts: Sequence[pl.Series]) -> pl.Series:
     """Put the chunks of a column together; of several types they are text."""
-    import polars as pl
-
     types = {part.dtype for part in parts} - {pl.Null}
     both = pl.Float64 if all(dtype.is_numeric() for dtype in types) else pl.String
     return pl.concat([part.cast(next(iter(types)) if len(types) == 1 else both) for part in parts])

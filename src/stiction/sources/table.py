@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
+    import numpy as np
     import polars as pl
+    from numpy.typing import NDArray
 
     from stiction.sources.time.stamps import Stamps
 
@@ -63,6 +65,8 @@ class RawTable:
     """Key and value pairs stored with the table (Parquet, Arrow)."""
     count_rows: Callable[[], int] | None = None
     """Gives the number of rows, where the format tells it without reading them; then `reader` takes a first row too."""
+    spreads: dict[int, Callable[[], NDArray[np.float64]]] = field(default_factory=dict)
+    """Column of averages -> gives the range of the signal within each interval, shape (n_rows,)."""
     first_row: int = 0
     """First row that is read; those before it do not fit into the memory."""
     _columns: dict[int, pl.Series] = field(default_factory=dict, repr=False)
@@ -138,6 +142,8 @@ class TagColumn:
     """Column position in the table (from 0), where the user may name it by number."""
     flags: dict[str, Callable[[], pl.Series]] = field(default_factory=dict)
     """Heading -> gives the quality or bad flag that stands with each value, where each row has one (long tables)."""
+    spread: Callable[[], NDArray[np.float64]] | None = None
+    """Gives the range of the signal within the interval of each average; None where that is not known."""
     own_clock: bool = False
     """Whether this tag was stored at times of its own, so that it must be aligned with the loop's other tags."""
     address: str = ""

@@ -8,13 +8,14 @@ from contextlib import contextmanager
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
+import polars as pl
+
 from stiction.errors import RecordError, Setting
+from stiction.foreign_errors import damaged
 from stiction.sources.table import SNIFF_ROWS, Origin, RawTable
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
-
-    import polars as pl
 
 __all__ = ["damage_refused", "join_levels", "make_series", "typed_table"]
 
@@ -41,17 +42,7 @@ def typed_table(
     `units` by heading are a second header row. The `metadata` of pandas give the index, the levels of column names and
     ``attrs["units"]``. At most `max_bytes` are read at once, at 8 bytes a cell. The table keeps `keep` alive, such as a
     temporary file. `sample` holds fewer rows of a wide table, and of columns of floats only the first ones.
-
-    Examples
-    --------
-    >>> import polars as pl
-    >>> frame = pl.LazyFrame({"time_s": [0, 1], "PV": [3.0, None]})
-    >>> table = typed_table(Origin("a.parquet", "a"), frame, units={"PV": "m3/h"})
-    >>> table.header, table.sample
-    ([['time_s', 'PV'], ['', 'm3/h']], [['0', '3.0'], ['1', '']])
     """
-    import polars as pl
-
     lazy = frame.lazy()
     with damage_refused(origin.name):
         schema = lazy.collect_schema()
@@ -103,14 +94,11 @@ def damage_refused(name: str) -> Iterator[None]:
     except RecordError:
         raise
     except (PolarsError, PanicException, OSError, ValueError, OverflowError) as error:
-        text = " ".join(str(error).split())[:200].rstrip(".")
-        raise RecordError(f"is damaged ({text}); copy or export it again.", where=name) from None
+        raise damaged(name, error) from None
 
 
 def make_series(cells: Sequence[Any]) -> pl.Series:
     """Make a column of Python values; of several types it is text."""
-    import polars as pl
-
     try:
         return pl.Series(cells, strict=False)
     except (pl.exceptions.PolarsError, TypeError, ValueError, OverflowError):
@@ -125,8 +113,6 @@ def join_levels(name: Any) -> str:
 
 def _to_plain_type(name: str, dtype: pl.DataType) -> pl.Expr:
     """Give a column as numbers, text, bool, times or durations; lists and structures are missing."""
-    import polars as pl
-
     column = pl.col(name)
     if dtype.is_decimal():
         return column.cast(pl.Float64)
@@ -139,7 +125,6 @@ def _to_plain_type(name: str, dtype: pl.DataType) -> pl.Expr:
 
 def _to_text() -> list[pl.Expr]:
     """Give columns as text: ISO 8601 stamps, durations in seconds, empty for missing ones."""
-    import polars as pl
     import polars.selectors as cs
 
     zoned = cs.datetime(time_zone="*")

@@ -124,9 +124,9 @@ def _list_columns(loops: Loops) -> list[dict[str, Any]]:
 
 def _columns_without_loop(sources: list[Any], options: dict[str, Any], max_bytes: int) -> list[dict[str, Any]]:
     """Columns of a source in which no loop was found; none when it cannot be read as a table."""
+    from stiction.sources.byte_source import open_files
     from stiction.sources.formats import read_format
     from stiction.sources.layouts import read_layout
-    from stiction.sources.open_files import open_files
     from stiction.sources.options import ReadOptions
 
     try:

@@ -117,8 +117,8 @@ def _list_folder(folder: Path) -> list[tuple[str, str]]:
 
 def check_files(folder: str, paths: Sequence[str]) -> None:
     """Check that one of the files of a folder can be read; raise RecordError with the reasons where none can."""
+    from stiction.sources.byte_source import open_files
     from stiction.sources.formats import FORMATS
-    from stiction.sources.open_files import open_files
     from stiction.sources.options import ReadOptions
 
     reasons = []

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["Candidates", "Valve", "combinations", "evaluated", "halved_steps", "joined", "pattern_search"]
+__all__ = ["CHUNK", "Candidates", "Valve", "combinations", "evaluated", "halved_steps", "joined", "pattern_search"]
 
 CHUNK = 64
 """Candidate valves whose positions are in memory at the same time [-]."""

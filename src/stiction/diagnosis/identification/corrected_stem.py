@@ -23,46 +23,54 @@ if TYPE_CHECKING:
 __all__ = ["CorrectedStems", "corrected_errors", "position_noise", "usual_scale"]
 
 
+LANES = 16
+"""Valves that are simulated side by side: each waits for its own last sample, so that one alone leaves the processor
+idle [-]."""
+X, DIRECTION, AVERAGED, TOTAL, EDGE, GAP, BREAKS, SHIFT, GOES_ON = range(0, 9 * LANES, LANES)
+"""Places of the states and parameters of the valves."""
+
+
 @kernel
 def corrected_errors(op, observed, S, J, rests, shift, cap, limit, out):
     """Fill `out` (n_valves,) with the mean squared one-step error of the `observed` position [% of span, squared].
 
     `observed` (n_samples,) is on the scale of OP but for a `shift` [% of span], NaN where nothing was recorded. A
     difference above `cap` moves the stem to the observed place; at rest the stem moves to the mean of up to eight
-    observations. An error counts up to `limit`.
+    observations. An error counts up to `limit`. Without branches the compiler computes several valves at once.
     """
-    for v in range(out.size):
-        edge = 0.5 * (S[v] + J[v])
-        gap = 0.5 * (S[v] - J[v])
-        x = op[0]
-        direction = 0.0
-        averaged = 8.0
-        total = 0.0
-        count = 0
+    lane = np.empty(GOES_ON + LANES)
+    count = 0
+    for k in range(1, op.size):
+        count += observed[k] == observed[k]
+    for first in range(0, out.size, LANES):
+        for i in range(LANES):
+            v = min(first + i, out.size - 1)
+            lane[X + i], lane[DIRECTION + i], lane[AVERAGED + i], lane[TOTAL + i] = op[0], 0.0, 8.0, 0.0
+            lane[EDGE + i], lane[GAP + i], lane[SHIFT + i] = 0.5 * (S[v] + J[v]), 0.5 * (S[v] - J[v]), shift[v]
+            lane[BREAKS + i] = lane[EDGE + i] * (1.0 + TIE_TOLERANCE)
+            lane[GOES_ON + i] = 0.0 if rests[v] else 1.0
         for k in range(1, op.size):
-            u = op[k]
-            if (u - op[k - 1]) * direction > 0.0:
-                x = u - direction * gap
-            elif abs(u - x) > edge * (1.0 + TIE_TOLERANCE):
-                direction = 1.0 if u > x else -1.0
-                x = u - direction * gap
-            else:
-                direction = 0.0
-            error = observed[k] - shift[v] - x
-            if abs(error) > cap:
-                x = min(max(x + error, u - edge), u + edge)
-                averaged = 1.0
+            u, trend, seen = op[k], op[k] - op[k - 1], observed[k]
+            known = seen == seen
+            for i in range(LANES):
+                x, direction, averaged = lane[X + i], lane[DIRECTION + i], lane[AVERAGED + i]
+                broken = (1.0 if u > x else -1.0) if abs(u - x) > lane[BREAKS + i] else 0.0
+                direction = direction if trend * direction > 0.0 else broken
+                x = x if direction == 0.0 else u - direction * lane[GAP + i]
+                error = seen - lane[SHIFT + i] - x
+                far, near = abs(error) > cap, known and direction == 0.0
+                averaged = 1.0 if far else (averaged + 1.0 if averaged < 8.0 else 8.0) if near else averaged
+                low, high, place = u - lane[EDGE + i], u + lane[EDGE + i], x + error / averaged
+                place = low if place < low else high if place > high else place
+                x = place if far or near else x
                 way = 1.0 if error > 0.0 else -1.0
-                direction = way if abs(u - way * gap - x) < cap else 0.0
-            elif error == error and direction == 0.0:
-                averaged = min(averaged + 1.0, 8.0)
-                x = min(max(x + error / averaged, u - edge), u + edge)
-            if rests[v]:
-                direction = 0.0
-            if error == error:
-                total += min(error * error, limit)
-                count += 1
-        out[v] = total / max(count, 1)
+                moves = way if abs(u - way * lane[GAP + i] - x) < cap else 0.0
+                square = error * error
+                lane[X + i], lane[AVERAGED + i] = x, averaged
+                lane[DIRECTION + i] = (moves if far else direction) * lane[GOES_ON + i]
+                lane[TOTAL + i] += (square if square < limit else limit) if known else 0.0
+        for i in range(min(LANES, out.size - first)):
+            out[first + i] = lane[TOTAL + i] / max(count, 1)
 
 
 def position_noise(observed: NDArray[np.float64]) -> float:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stiction.diagnosis.identification.candidates import evaluated
+from stiction.diagnosis.identification.candidates import CHUNK, evaluated
 from stiction.diagnosis.identification.regression import MIN_ERROR
 from stiction.diagnosis.identification.stems import as_valve_arrays, first_order_lags, valve_positions
 
@@ -147,6 +147,10 @@ class PositionRegression:
     """1 where the position is compared, else 0 [-], shape (n_samples,)."""
     level: float
     """Mean of the recorded position [its unit]."""
+    earlier: NDArray[np.float64]
+    """Position and weight, each earlier by the delays, shape (n_samples, 2 n_delays)."""
+    memory: NDArray[np.float64]
+    """Room for the stems that are compared at a time, shape (3, `CHUNK`, n_samples): new memory takes longer."""
     lags: tuple[float, ...] = (0.0, 2.0, 6.0)
     """Time constants of the position signal that are tried [samples]."""
     delays: tuple[int, ...] = tuple(range(MAX_DELAY + 1))
@@ -207,19 +211,16 @@ class PositionRegression:
 
     def _errors(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
         """Residual sums of squares, shape (n_lags, n_valves, n_delays)."""
-        y, w = (
-            np.stack([np.concatenate([x[d:], np.zeros(d)]) for d in self.delays], axis=1)
-            for x in (self.position, self.weight)
-        )
-        energy = float(self.position @ self.position)
-        x = positions - float(self.op.mean())
+        energy, n = float(self.position @ self.position), len(self.delays)
+        x, lagged, square = self.memory[:, : len(positions)]
+        np.subtract(positions, float(self.op.mean()), out=x)
         errors = []
         for lag in self.lags:
-            z = first_order_lags(x, lag, settled=True)
-            total = (z * z) @ w
-            power = total - (z @ w) ** 2 / self.n_predicted
+            z = first_order_lags(x, lag, settled=True, out=lagged)
+            products, total = z @ self.earlier, np.multiply(z, z, out=square) @ self.earlier[:, n:]
+            power = total - products[:, n:] ** 2 / self.n_predicted
             moves = power > 1e-9 * total + 1e-12  # less is rounding: the stem rests
-            errors.append(energy - np.where(moves, (z @ y) ** 2 / np.where(moves, power, 1.0), 0.0))
+            errors.append(energy - np.where(moves, products[:, :n] ** 2 / np.where(moves, power, 1.0), 0.0))
         return np.maximum(np.array(errors), MIN_ERROR * energy)
 
 
@@ -228,5 +229,7 @@ def position_regression(signal: PositionSignal) -> PositionRegression:
     known = np.isfinite(signal.position)
     known[: max(PositionRegression.delays[-1], known.size // 10)] = False
     level = float(signal.position[known].mean())
-    y = np.where(known, signal.position - level, 0.0)
-    return PositionRegression(signal.op, y, known.astype(np.float64), level)
+    y, weight = np.where(known, signal.position - level, 0.0), known.astype(np.float64)
+    earlier = [np.append(x[d:], np.zeros(d)) for x in (y, weight) for d in PositionRegression.delays]
+    memory = np.empty((3, CHUNK, y.size))
+    return PositionRegression(signal.op, y, weight, level, np.stack(earlier, axis=1), memory)

@@ -68,11 +68,25 @@ def relay_signals(x, low, high, out):
 
 @kernel
 def _first_order_lags(x, keep, settled, out):
-    for row in range(x.shape[0]):
-        state = x[row, 0] if settled else 0.0
+    """Fill `out` with the rows of `x` behind a lag; four rows at a time, as each sample waits for the one before."""
+    new = 1.0 - keep
+    last = x.shape[0] - x.shape[0] % 4
+    for row in range(0, last, 4):
+        a = x[row, 0] if settled else 0.0
+        b = x[row + 1, 0] if settled else 0.0
+        c = x[row + 2, 0] if settled else 0.0
+        d = x[row + 3, 0] if settled else 0.0
         for k in range(x.shape[1]):
-            state = keep * state + (1.0 - keep) * x[row, k]
-            out[row, k] = state
+            a = keep * a + new * x[row, k]
+            b = keep * b + new * x[row + 1, k]
+            c = keep * c + new * x[row + 2, k]
+            d = keep * d + new * x[row + 3, k]
+            out[row, k], out[row + 1, k], out[row + 2, k], out[row + 3, k] = a, b, c, d
+    for row in range(last, x.shape[0]):
+        a = x[row, 0] if settled else 0.0
+        for k in range(x.shape[1]):
+            a = keep * a + new * x[row, k]
+            out[row, k] = a
 
 
 @kernel
@@ -139,11 +153,14 @@ def whole_position(op: np.ndarray, valve: tuple[float, float, float, float]) -> 
     return out[0]
 
 
-def first_order_lags(x: np.ndarray, lag: float, *, settled: bool) -> np.ndarray:
-    """A signal, or one in each row, behind a lag [samples] of unit gain: at rest at its first value, or at 0."""
+def first_order_lags(x: np.ndarray, lag: float, *, settled: bool, out: np.ndarray | None = None) -> np.ndarray:
+    """A signal, or one in each row, behind a lag [samples] of unit gain: at rest at its first value, or at 0.
+
+    It is written to `out` where memory is given.
+    """
     if lag <= 0.0:
         return x
     rows = np.ascontiguousarray(np.atleast_2d(x))
-    out = np.empty_like(rows)
+    out = np.empty_like(rows) if out is None else out
     _first_order_lags(rows, float(np.exp(-1.0 / max(lag, 1e-3))), settled, out)
     return out.reshape(x.shape)

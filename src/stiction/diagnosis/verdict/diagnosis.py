@@ -14,7 +14,7 @@ from stiction.diagnosis.verdict.explanation import explain_action, explain_reaso
 from stiction.diagnosis.verdict.finding import explain_next_step, find_code, grade
 from stiction.diagnosis.verdict.model import log_odds, stiction_model
 from stiction.display.json_form import FOUR_DECIMALS, fields_to_json
-from stiction.display.number_format import format_probability
+from stiction.display.number_format import format_number, format_probability
 from stiction.display.result_display import ResultDisplay
 
 if TYPE_CHECKING:
@@ -98,6 +98,27 @@ class Diagnosis(ResultDisplay, kind="verdict"):
     def record(self) -> LoopRecord:
         """The record, outliers missing; `quality.first` and `quality.last` bound the part that was judged."""
         return self.segment.record
+
+    @property
+    def shows_size(self) -> bool:
+        """Whether stiction or play is found, so that S is its size and not only that of the best fit."""
+        return self.verdict == "stiction" or self.finding == "backlash"
+
+    @property
+    def S(self) -> float:
+        """Deadband plus stickband [% of span]; NaN where neither stiction nor play is found."""
+        return self.identification.S if self.shows_size and self.identification is not None else float("nan")
+
+    @property
+    def J(self) -> float:
+        """Slip jump [% of span]; NaN where neither stiction nor play is found."""
+        return self.identification.J if self.shows_size and self.identification is not None else float("nan")
+
+    def __repr__(self) -> str:
+        """Tag, finding, probability and size in one line."""
+        size = f", S = {format_number(self.S, self.record.op_unit_short, 2)}" if self.shows_size else ""
+        chance = format_probability(self.probability)
+        return f"<Diagnosis {self.record.tag}: {self.finding}, probability of stiction {chance}{size}>"
 
     @property
     def loop_state(self) -> LoopState:

@@ -12,12 +12,16 @@ Times in here are in units of the longest step. Directions are +1 up, -1 down.
 from __future__ import annotations
 
 import math
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from stiction.models.numba_compile import kernel
 
-__all__ = ["BUFFER_FULL", "DIVERGED", "REST", "SETTLED", "STOPPED", "TERMS", "simulate_events"]
+__all__ = [
+    "BUFFER_FULL", "DIVERGED", "REST", "SETTLED", "STOPPED", "TERMS", "ContinuousLoop", "RunLimits", "RunSpace",
+    "simulate_events",
+]  # fmt: skip
 
 TERMS = 13
 """Coefficients of each series [-]: with a step of 1 or less the next term is below 0.5**13 / 13! of the states."""
@@ -144,19 +148,76 @@ def _extend_range(q, a, b, low, high):
     return low, high
 
 
+class ContinuousLoop(NamedTuple):
+    """A loop in units of the longest step, its states balanced."""
+
+    A: Any
+    """State matrix, shape (n, n)."""
+    B: Any
+    """Input of the stem, shape (n,)."""
+    C: Any
+    """States to the input of the valve, shape (n,)."""
+    D: float
+    """Stem to the input of the valve."""
+    C_pv: Any
+    """States to PV, shape (n,)."""
+    D_pv: float
+    """Stem to PV."""
+    delay: float
+    """Dead time [steps]."""
+    sb: float
+    """Band in which the stem rests [% of span]."""
+    lag: float
+    """Lag of a stem that follows [% of span]."""
+    rate: float
+    """Rate of the input below which the stem rests [% of span per step]."""
+
+
+class RunLimits(NamedTuple):
+    """When a run ends."""
+
+    turns: int
+    """Most turns [-]."""
+    steps: int
+    """Most steps [-]."""
+    tolerance: float
+    """Largest difference of turns that are the same, over band and states [-]."""
+
+
+class RunSpace(NamedTuple):
+    """Arrays that a run fills."""
+
+    seg_t: Any
+    """Times of the series stored for the dead time, shape (size,)."""
+    seg_q: Any
+    """Those series, shape (size, TERMS)."""
+    turns: Any
+    """A row for each turn down of the stem: time of rest at the top, level, OP high and low, PV high and low, times
+    followed, slips, time until the turn; high and low are of the swing just ended."""
+    states: Any
+    """States at that rest, shape (n_turns, n)."""
+    events: Any
+    """Time and level of every rest, shape (n_events, 2)."""
+    grid: Any
+    """Times at which stem, OP and PV are wanted."""
+    x: Any
+    """Stem at these times."""
+    op: Any
+    """OP at these times, before the dead time."""
+    pv: Any
+    """PV at these times, before the dead time."""
+
+
 @kernel
-def simulate_events(
-    A, B, C, D, C_pv, D_pv, delay, sb, lag, rate, load_t, load, z, x, up, most_turns, most_steps, tolerance,
-    seg_t, seg_q, turns, states, events, grid, grid_x, grid_op, grid_pv,
-):  # fmt: skip
+def simulate_events(loop, load_t, load, z, x, up, limits, space):
     """Run the loop from rest at `x` with the states `z` (n,), which are overwritten.
 
-    `up` is the direction of the last motion. `load` (n_loads,) holds from the times `load_t`. Every time the stem
-    turns down, `turns` gets (time of rest at the top, level, op high, op low, pv high, pv low, followed, slips, time
-    until the turn) and `states` the states at that rest; high and low are of the swing just ended. `events` gets
-    (time, level) of every rest. `grid` are times at which stem, OP and PV are wanted; OP and PV without dead time.
-    Returns (why it ended, turns, events, time, period in turns).
+    `up` is the direction of the last motion. `load` (n_loads,) holds from the times `load_t`. Returns (why it ended,
+    turns, events, time, period in turns).
     """
+    A, B, C, D, C_pv, D_pv, delay, sb, lag, rate = loop
+    most_turns, most_steps, tolerance = limits
+    seg_t, seg_q, turns, states, events, grid, grid_x, grid_op, grid_pv = space
     n = z.shape[0]
     Z = np.zeros((TERMS, n))
     uq, xq, yq = np.zeros(TERMS), np.zeros(TERMS), np.zeros(TERMS)

@@ -10,7 +10,7 @@ import numpy as np
 
 from stiction.errors import ParameterError
 from stiction.limitcycle.continuous_form import ContinuousValve, require_continuous_form
-from stiction.limitcycle.exact.event_simulation import TERMS, simulate_events
+from stiction.limitcycle.exact.event_simulation import TERMS, ContinuousLoop, RunLimits, RunSpace, simulate_events
 from stiction.limitcycle.linear import LinearPart, linear_part
 from stiction.models.loop import require_loop
 
@@ -52,8 +52,8 @@ class PackedLoop:
     """Valve of the loop."""
     unit: float
     """Longest step of the series [s]."""
-    arguments: tuple[Any, ...]
-    """The leading arguments of `simulate_events`, the states balanced."""
+    packed: ContinuousLoop
+    """The loop as `simulate_events` takes it."""
     scale: NDArray[np.float64]
     """States over balanced states, shape (n,)."""
 
@@ -73,7 +73,7 @@ class PackedLoop:
     def without_following(self) -> PackedLoop:
         """The same loop with a stem that never follows and keeps its rest levels while it settles."""
         valve = self.valve._replace(rate=math.inf)
-        return PackedLoop(self.linear, valve, self.unit, (*self.arguments[:-1], math.inf), self.scale)
+        return PackedLoop(self.linear, valve, self.unit, self.packed._replace(rate=math.inf), self.scale)
 
     @property
     def memory(self) -> int:
@@ -96,10 +96,9 @@ class PackedLoop:
         times = np.array([time for time, _ in loads]) / self.unit
         size = self.memory
         status, k, n_ev, _, period = cast("Any", simulate_events)(
-            *self.arguments, times, np.array([float(value) for _, value in loads]),
-            np.asarray(z) / self.scale, float(x),
-            up, most_turns, most_steps, tolerance, np.empty(size), np.empty((size, TERMS)), turns, states, events,
-            wanted, *signals,
+            self.packed, times, np.array([float(value) for _, value in loads]), np.asarray(z) / self.scale, float(x),
+            up, RunLimits(most_turns, most_steps, tolerance),
+            RunSpace(np.empty(size), np.empty((size, TERMS)), turns, states, events, wanted, *signals),
         )  # fmt: skip
         turns, states = turns[:k], states[:k] * self.scale
         swing = turns[:, 2:].copy()
@@ -144,7 +143,7 @@ def _pack(linear: LinearPart, valve: ContinuousValve) -> PackedLoop:
     if speed == 0.0:
         speed = 1.0 / linear.dead_time if linear.dead_time else 1.0
     unit = 0.5 / float(speed)
-    packed = (
+    packed = ContinuousLoop(
         np.ascontiguousarray(A * unit), B * unit, np.ascontiguousarray(C), linear.D, np.ascontiguousarray(C_pv),
         linear.D_pv, linear.dead_time / unit, valve.sb, valve.lag, valve.rate * unit,
     )  # fmt: skip

@@ -174,13 +174,6 @@ def is_stored_on_change(
 
     No value repeats the one before; the changes are a deviation or more, or few quantisation steps, and, unlike those
     of a signal of which values were lost, do not grow with the time between them.
-
-    Examples
-    --------
-    >>> t, x = np.arange(400.0), np.round(5.0 * np.sin(np.arange(400) / 30))
-    >>> kept = np.flatnonzero(np.diff(x, prepend=-1.0))
-    >>> is_stored_on_change(x[kept], t[kept]), is_stored_on_change(x, t)
-    (True, False)
     """
     known = np.isfinite(x) & np.isfinite(t)
     changes, gaps = np.abs(np.diff(x[known])), np.diff(t[known])

@@ -112,15 +112,7 @@ def check_op_reversals(op: NDArray[np.float64], swing: float, *, min_share: floa
 
 
 def spike_share(x: NDArray[np.float64], *, min_jump: float = 8.0) -> float:
-    """Share of the samples in which a signal jumps away from both neighbours, by robust deviations of its moves [-].
-
-    Examples
-    --------
-    >>> x = np.sin(np.arange(100.0))
-    >>> x[40] = 50.0
-    >>> round(spike_share(x), 2)
-    0.01
-    """
+    """Share of the samples in which a signal jumps away from both neighbours, by robust deviations of its moves [-]."""
     moves = np.diff(x)
     usual = robust_std(moves) if moves.size else 0.0
     if not usual > 0.0:

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.display.duration_format import format_seconds
-from stiction.records.check_result import MIN_CYCLES, MIN_SAMPLES, CheckResult, check_minimum
+from stiction.records.check_result import MIN_CYCLES, MIN_SAMPLES, CheckResult, check_maximum, check_minimum
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["check_cycles", "check_length", "check_sampling", "last_value_correlation"]
+__all__ = ["check_averages", "check_cycles", "check_length", "check_sampling", "last_value_correlation"]
 
 
 def last_value_correlation(x: NDArray[np.float64]) -> float:
@@ -56,6 +56,19 @@ def check_cycles(duration: float, period: float) -> CheckResult:
     return check_minimum(
         "cycles", count, "-", warn=8, reject=MIN_CYCLES, remedy="record ten cycles or more",
         finding=f"the usable segment contains {count:.1f} cycles of {format_seconds(period)}",
+    )  # fmt: skip
+
+
+def check_averages(spread: float) -> CheckResult | None:
+    """Movement within the intervals of which the source gives averages, over the range of these [-].
+
+    A sine of four averages a cycle moves by half of that range within an interval.
+    """
+    if not spread:
+        return None
+    return check_maximum(
+        "averages", spread, "-", warn=0.5, remedy="export raw values",
+        finding=f"within the interval of an average the signal moves by {spread:.2g} times the range of the averages",
     )  # fmt: skip
 
 

@@ -49,7 +49,7 @@ def loop_blocks(diagnosis: Diagnosis, settings: Mapping[str, Any] | None = None)
 def loop_headline(diagnosis: Diagnosis) -> Headline:
     """Return the finding on one loop with its main numbers."""
     identification, severity = diagnosis.identification, None
-    if identification is not None and labels.shows_size(diagnosis) and np.isfinite(identification.S):
+    if identification is not None and diagnosis.shows_size and np.isfinite(identification.S):
         severity = figures.severity(identification, diagnosis.record)
     return Headline(
         diagnosis.record.tag,

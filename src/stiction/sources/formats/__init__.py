@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 from stiction.errors import RecordError
-from stiction.sources.formats import arrow, excel, matlab, parquet, text
+from stiction.sources.formats import columnar, excel, matlab, text
 
 if TYPE_CHECKING:
     from stiction.sources.byte_source import ByteSource
@@ -27,7 +27,7 @@ class Format(Protocol):
         ...
 
 
-FORMATS: list[Format] = [parquet, arrow, matlab, excel, text]
+FORMATS: list[Format] = [columnar, matlab, excel, text]
 """Formats in the order in which they are tried."""
 
 

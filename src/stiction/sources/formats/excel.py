@@ -8,11 +8,14 @@ from dataclasses import replace
 from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
+import polars as pl
+
 from stiction.errors import ParameterError, RecordError
+from stiction.foreign_errors import damaged
 from stiction.sources.formats.table_rows import table_from_rows
 from stiction.sources.formats.workbook_checks import (
     OLE_START,
-    damaged_workbook,
+    REMEDY,
     require_area,
     require_size,
     require_survivable,
@@ -22,8 +25,6 @@ from stiction.sources.typed_table import make_series
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-    import polars as pl
 
     from stiction.sources.byte_source import ByteSource
     from stiction.sources.options import ReadOptions
@@ -75,7 +76,7 @@ def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
             raise
         if b"E\0n\0c\0r\0y\0p\0t\0e\0d\0P\0a\0c\0k\0a\0g\0e" in source.path.read_bytes():
             raise RecordError("is encrypted; save it without a password.", where=name) from None
-        raise damaged_workbook(name, error) from None
+        raise damaged(name, error, REMEDY) from None
     tables = [table for sheet in sheets if (table := _make_table(source.origin, *sheet, options)) is not None]
     if not tables:
         raise RecordError("no sheet contains a table of numbers; write one row per time, with a header.", where=name)
@@ -96,8 +97,6 @@ def _make_table(
     table.first_line = lines[first]
 
     def read_columns(positions: Sequence[int]) -> pl.DataFrame:
-        import polars as pl
-
         return pl.DataFrame({str(k): _make_column([row[k] for row in rows[first:]]) for k in positions})
 
     table.reader = read_columns
@@ -122,8 +121,6 @@ def _rows_of(sheet: Any, source: ByteSource) -> tuple[list[list[Any]], list[int]
 
 def _make_column(cells: list[Any]) -> pl.Series:
     """Make a column of the cells of a sheet: numbers, times, durations or text."""
-    import polars as pl
-
     kinds = {type(cell) for cell in cells if cell != ""}
     if kinds <= {dt.datetime, dt.date}:  # midnight comes as a date
         return pl.Series([_as_datetime(cell) for cell in cells], dtype=pl.Datetime("us"))

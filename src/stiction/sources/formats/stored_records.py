@@ -9,14 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import polars as pl
 
 from stiction.records.parquet_writer import FORMAT_VERSION, METADATA_KEY
 from stiction.records.record import LoopRecord, Provenance
 
 if TYPE_CHECKING:
     import os
-
-    import polars as pl
 
 __all__ = ["StoredRecords", "open_records"]
 
@@ -54,8 +53,6 @@ class StoredRecords:
 
     def is_unchanged(self) -> bool:
         """Whether the rows of every loop still have its tag."""
-        import polars as pl
-
         lengths = [loop["rows"] for loop in self.loops]
         wanted = pl.Series(self.tags, dtype=pl.String).gather(np.repeat(np.arange(len(lengths)), lengths))
         return self.frame.select("tag").collect()["tag"].equals(wanted)
@@ -71,8 +68,6 @@ def open_records(path: str | os.PathLike[str], keep: object = None) -> StoredRec
     keep : object
         What must live as long as the file is read.
     """
-    import polars as pl
-
     try:
         stored = json.loads(pl.read_parquet_metadata(Path(path)).get(METADATA_KEY, "null"))
         if not isinstance(stored, dict) or stored.get("form") != FORMAT_VERSION:

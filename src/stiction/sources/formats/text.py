@@ -5,19 +5,18 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
+import polars as pl
+
 from stiction.errors import RecordError
-from stiction.sources.formats.cut_off import find_cut_off
 from stiction.sources.formats.table_rows import make_table, ragged_note
 from stiction.sources.formats.text_dialect import sniff_text, split_lines
 from stiction.sources.formats.text_encoding import find_encoding, to_utf8
-from stiction.sources.formats.text_lines import MAX_LINE_LENGTH, RowRepair, line_too_long
+from stiction.sources.formats.text_lines import MAX_LINE_LENGTH, RowRepair, find_cut_off, line_too_long
 from stiction.sources.table import SNIFF_ROWS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
-
-    import polars as pl
 
     from stiction.sources.byte_source import ByteSource
     from stiction.sources.options import ReadOptions
@@ -58,8 +57,6 @@ def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
     has_padding = re.search(rf'[ \t](["\r\n]|{re.escape(mark)})|(["\n]|{re.escape(mark)})[ \t]|="', "".join(head))
 
     def read_columns(positions: Sequence[int]) -> pl.DataFrame:
-        import polars as pl
-
         name = source.origin.name  # the source keeps the temporary file
         try:
             lazy = pl.scan_csv(

@@ -8,13 +8,13 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from stiction.errors import RecordError
-from stiction.sources.formats.table_shape import find_table
+from stiction.sources.formats.table_rows import find_table
 from stiction.sources.values.thousands import find_torn_number
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from stiction.sources.formats.table_shape import Dialect
+    from stiction.sources.formats.table_rows import Dialect
 
 __all__ = ["sniff_text", "split_lines", "unwrap"]
 

@@ -10,13 +10,15 @@ import zlib
 from typing import TYPE_CHECKING
 
 from stiction.errors import RecordError
+from stiction.foreign_errors import damaged
 from stiction.sources.compression import ByteLimit
 
 if TYPE_CHECKING:
     from stiction.sources.byte_source import ByteSource
 
-__all__ = ["OLE_START", "damaged_workbook", "require_area", "require_size", "require_survivable"]
+__all__ = ["OLE_START", "REMEDY", "require_area", "require_size", "require_survivable"]
 
+REMEDY = "open it in Excel and save it again"
 OLE_START = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
 """First bytes of an xls workbook, and of an encrypted one of any kind."""
 CELL_WITH_VALUE = re.compile(rb'<c r="([A-Z]{1,3})(\d{1,7})"[^>/]*>(?!</c>)')
@@ -64,7 +66,7 @@ def require_size(source: ByteSource) -> None:
     except RecordError:
         raise
     except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, NotImplementedError, OSError, ValueError) as error:
-        raise damaged_workbook(source.origin.name, error) from None
+        raise damaged(source.origin.name, error, REMEDY) from None
 
 
 def require_survivable(source: ByteSource) -> None:
@@ -76,7 +78,7 @@ def require_survivable(source: ByteSource) -> None:
     except subprocess.TimeoutExpired:
         killed = True
     if killed:
-        raise damaged_workbook(source.origin.name, MemoryError("it takes more memory than a workbook can"))
+        raise damaged(source.origin.name, MemoryError("it takes more memory than a workbook can"), REMEDY)
 
 
 def require_area(source: ByteSource, n_rows: int, n_columns: int) -> None:
@@ -96,9 +98,3 @@ def _column_number(letters: bytes) -> int:
     for letter in letters:
         number = 26 * number + letter - 64
     return number
-
-
-def damaged_workbook(name: str, error: BaseException) -> RecordError:
-    """Make the error of a workbook that cannot be read."""
-    text = " ".join(str(error).split()).rstrip(".") or type(error).__name__
-    return RecordError(f"is damaged ({text}); open it in Excel and save it again.", where=name)

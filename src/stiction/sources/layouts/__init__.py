@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Protocol
 
+import polars as pl
+
 from stiction.sources.layouts import (
     long_table,
     one_tag,
@@ -19,8 +21,6 @@ from stiction.sources.layouts.headings import parse_role, table_headings
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-    import polars as pl
 
     from stiction.sources.options import ReadOptions
     from stiction.sources.table import RawTable, TagColumn
@@ -86,8 +86,6 @@ def _join(tables: Sequence[RawTable]) -> RawTable:
     """Make one table whose rows are those of several, in their order."""
 
     def read(positions: Sequence[int]) -> pl.DataFrame:
-        import polars as pl
-
         names = [f"{position}" for position in positions]
         frames = [pl.DataFrame(table.reader(positions).get_columns(), schema=names) for table in tables]
         return pl.concat(frames, how="vertical_relaxed")

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
+
+import polars as pl
 
 from stiction.errors import RecordError
 from stiction.sources.layouts.headings import parse_role, table_headings
@@ -13,9 +16,10 @@ from stiction.sources.roles.vocabulary import AGGREGATES, VALUE_WORDS
 from stiction.sources.values.numeric_cells import parse_numbers
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
-    import polars as pl
+    import numpy as np
+    from numpy.typing import NDArray
 
     from stiction.sources.options import ReadOptions
     from stiction.sources.table import RawTable
@@ -42,12 +46,15 @@ def take_averages(table: RawTable, options: ReadOptions) -> RawTable:
     if not groups or given & {names[i].strip().upper() for kinds in groups.values() for i in kinds.values()}:
         return table
     sources: list[tuple[int, ...]] = []
+    spreads: dict[int, Callable[[], NDArray[np.float64]]] = {}
     header: list[list[str]] = [[], [], []]
     for i, (base, kind) in enumerate(split):
         kinds = groups.get(base.upper(), {}) if kind else {}
         source = _source(kinds) if base.upper() not in plain else ()
         if kinds and source[:1] != (i,):
             continue
+        if len(source) == 1 and {"minimum", "maximum"} <= kinds.keys():
+            spreads[len(sources)] = partial(_spread, table, kinds["minimum"], kinds["maximum"])
         sources.append(source or (i,))
         unit = "" if units[i].upper() in AGGREGATES else units[i]
         for row, cell in zip(header, ((base or "value") if kinds else names[i], unit, descriptions[i]), strict=True):
@@ -60,8 +67,6 @@ def take_averages(table: RawTable, options: ReadOptions) -> RawTable:
     left = f"; not used: {', '.join(dropped[:9])}{' ...' if dropped[9:] else ''}" if dropped else ""
 
     def read(positions: Sequence[int]) -> pl.DataFrame:
-        import polars as pl
-
         wanted = sorted({k for position in positions for k in sources[position]})
         frame = dict(zip(wanted, table.reader(wanted).get_columns(), strict=True))
         columns = [_middle([frame[k] for k in sources[position]], table.decimal) for position in positions]
@@ -75,8 +80,15 @@ def take_averages(table: RawTable, options: ReadOptions) -> RawTable:
         reader=read,
         notes=[*table.notes, f"{used}{left}."],
         above=[],
+        spreads=spreads,
         _columns={},
     )
+
+
+def _spread(table: RawTable, minimum: int, maximum: int) -> NDArray[np.float64]:
+    """Range of a signal within each interval, shape (n_rows,)."""
+    low, high = (parse_numbers(column, table.decimal).values for column in table.reader([minimum, maximum]))
+    return high - low
 
 
 def _source(kinds: dict[str, int]) -> tuple[int, ...]:
@@ -88,8 +100,6 @@ def _source(kinds: dict[str, int]) -> tuple[int, ...]:
 
 def _middle(columns: list[pl.Series], decimal: str) -> pl.Series:
     """Give one column, or the middle of two."""
-    import polars as pl
-
     if len(columns) == 1:
         return columns[0]
     low, high = (parse_numbers(column, decimal).values for column in columns)
@@ -98,8 +108,6 @@ def _middle(columns: list[pl.Series], decimal: str) -> pl.Series:
 
 def _average_rows(table: RawTable) -> RawTable:
     """Keep the rows of averages where a column of a long table names the aggregate of each row."""
-    import polars as pl
-
     names = table_headings(table).names
     width = table.width if table.width <= 40 else 0
     places = [i for i in range(width) if _are_aggregates(table.sample_column(i))]

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
+import polars as pl
 
 from stiction.display.number_format import count_noun
 from stiction.sources.roles.column_names import HeaderNames, header_names, is_unit, parse_column_name, role_of
@@ -26,7 +27,6 @@ from stiction.sources.values.units import to_one_unit
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
-    import polars as pl
     from numpy.typing import NDArray
 
     from stiction.sources.options import ReadOptions
@@ -84,8 +84,10 @@ def parse_role(name: str) -> tuple[str, str] | None:
 def heading_column(table: RawTable, position: int, clock: Clock | None) -> TagColumn:
     """Give a whole column under its heading."""
     names, units, descriptions = table_headings(table)
-    load = partial(table.column, position)
-    return TagColumn(names[position], table, clock, load, units[position], descriptions[position], position)
+    return TagColumn(
+        names[position], table, clock, partial(table.column, position), units[position], descriptions[position],
+        position, spread=table.spreads.get(position),
+    )  # fmt: skip
 
 
 def has_loop(names: Iterable[str]) -> bool:
@@ -135,8 +137,6 @@ def _first_rows(table: RawTable) -> RawTable:
     """The first rows of a table, as text."""
 
     def read(positions: Sequence[int]) -> pl.DataFrame:
-        import polars as pl
-
         cells = [[row[i] if i < len(row) else "" for row in table.sample] for i in positions]
         return pl.DataFrame({f"{i}": column for i, column in zip(positions, cells, strict=True)}, schema=None)
 
@@ -186,13 +186,12 @@ def pick_rows(column: TagColumn, rows: Rows, clock: Clock | None, **changes: Any
         return lambda: load().gather(rows)
 
     flags = {heading: pick(load) for heading, load in column.flags.items()}
-    return replace(column, clock=clock, load=pick(column.load), flags=flags, **changes)
+    spread = (lambda whole=column.spread: whole()[rows]) if column.spread else None
+    return replace(column, clock=clock, load=pick(column.load), flags=flags, spread=spread, **changes)
 
 
 def convert_units(column: TagColumn, units: pl.Series) -> None:
     """Convert the cells of a column, whose unit changes from row to row, to the unit of most of its rows."""
-    import polars as pl
-
     table, where = column.table, f"{column.table.origin.name}, column {column_label(column)}"
     texts = units.cast(pl.String).fill_null("").str.strip_chars()
     names = texts.unique(maintain_order=True).to_list()

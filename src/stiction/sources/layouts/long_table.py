@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+import polars as pl
 
 from stiction.errors import RecordError
 from stiction.sources.layouts import headings
-from stiction.sources.layouts.series_columns import find_series_columns
 from stiction.sources.roles.column_names import normalise_name
 from stiction.sources.roles.group_columns import flag_role
 from stiction.sources.roles.vocabulary import COLUMN_WORDS
@@ -16,15 +16,14 @@ from stiction.sources.time.text_stamps import is_timestamp
 from stiction.sources.values.number_text import is_number
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
-    import polars as pl
     from numpy.typing import NDArray
 
     from stiction.sources.options import ReadOptions
     from stiction.sources.table import RawTable, TagColumn
 
-__all__ = ["find_long_columns", "read", "recognises"]
+__all__ = ["find_long_columns", "find_series_columns", "read", "recognises"]
 
 MAX_TAGS = 20_000
 """Tags that are read at once [-]."""
@@ -107,8 +106,6 @@ def _find(table: RawTable, options: ReadOptions) -> dict[str, int]:
 
 def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
     """Give the tags of a long table, each with its rows, in the order in which they first appear."""
-    import polars as pl
-
     found = _find(table, options)
     clock, time = headings.find_clock(table, options, taken=found.values())
     if clock is None:
@@ -164,8 +161,6 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
 
 def _group(texts: dict[str, pl.Series], keys: list[str], readable: NDArray[np.bool_]) -> pl.DataFrame:
     """Give the rows of each series, its first unit and description, and how many units it has."""
-    import polars as pl
-
     first = [pl.col(key).first() for key in texts if key not in keys]
     n_units = pl.col("unit").n_unique() if "unit" in texts else pl.lit(1)
     return (
@@ -185,3 +180,53 @@ def _is_single(seconds: NDArray[np.float64]) -> bool:
     """Whether times rise or fall all along, so that none is there twice."""
     steps = np.diff(seconds)
     return bool((steps > 0.0).all() or (steps < 0.0).all())
+
+
+MAX_SERIES = 1000
+"""Different cells of a column that tells series apart [-]."""
+
+
+def find_series_columns(
+    table: RawTable,
+    texts: Mapping[str, pl.Series],
+    keys: Sequence[str],
+    seconds: NDArray[np.float64],
+    free: Sequence[int],
+    *,
+    max_columns: int = 3,
+    max_double_share: float = 0.01,
+) -> list[int]:
+    """Find the columns without which a series, named by the texts of `keys`, has several rows at one time.
+
+    Of the `free` columns those are added that leave the fewest double rows, until at most `max_double_share` of the
+    rows are double [-]; none where they do not suffice. Columns of names go before columns of numbers.
+    """
+    finite = pl.Series(np.isfinite(seconds))
+    frame = pl.DataFrame({**{key: texts[key] for key in keys}, "time": seconds}).filter(finite)
+
+    def count_double(names: Sequence[str]) -> int:
+        return frame.height - frame.select(*names, "time").n_unique()
+
+    allowed = max_double_share * frame.height
+    if not free or count_double(keys) <= allowed:
+        return []
+    for i in free:
+        column = table.column(i).cast(pl.String).fill_null("").filter(finite).alias(f"{i}")
+        if 1 < column.n_unique() <= MAX_SERIES:
+            frame = frame.with_columns(column)
+    headings = table.header[0] if table.header else [""] * table.width
+
+    def rank(i: int) -> tuple[bool, bool, int]:
+        is_name = normalise_name(headings[i]) in (*COLUMN_WORDS["tag"], *COLUMN_WORDS["loop_name"])
+        return not is_name, all(is_number(cell, table.decimal) for cell in table.sample_column(i)), i
+
+    left = sorted((i for i in free if f"{i}" in frame.columns), key=rank)
+    chosen: list[int] = []
+    while left and len(chosen) < max_columns:
+        double = {i: count_double([*keys, *(f"{k}" for k in (*chosen, i))]) for i in left}
+        best = min(left, key=lambda i: max(double[i], allowed))
+        chosen.append(best)
+        if double[best] <= allowed:
+            return chosen
+        left.remove(best)
+    return []

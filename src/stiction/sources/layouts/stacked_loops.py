@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import polars as pl
+
 from stiction.sources.layouts import wide
 from stiction.sources.layouts.headings import (
     find_clock,
@@ -18,8 +20,6 @@ from stiction.sources.roles.column_names import normalise_name
 from stiction.sources.roles.vocabulary import TAG_WORDS, loop_type_of
 
 if TYPE_CHECKING:
-    import polars as pl
-
     from stiction.sources.options import ReadOptions
     from stiction.sources.table import RawTable, TagColumn
 
@@ -44,8 +44,6 @@ def _tag_column(names: list[str], options: ReadOptions) -> int | None:
 
 def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
     """Give the columns of each loop, named like ``FIC-1.PV``; those of the whole table where the names are no tags."""
-    import polars as pl
-
     names = table_headings(table).names
     tag_position = _tag_column(names, options)
     assert tag_position is not None

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+import polars as pl
 
 from stiction.errors import RecordError
 from stiction.sources.layouts import headings
@@ -30,8 +31,6 @@ def recognises(table: RawTable, options: ReadOptions) -> bool:  # noqa: ARG001
 
 def _lines_between(table: RawTable) -> list[tuple[int, str, str]]:
     """Rows of headings, of units and of repeated headers, with the tag or the unit that they name."""
-    import polars as pl
-
     table.load(range(table.width))
     cells = [table.column(i).cast(pl.String).fill_null("").alias(f"{i}") for i in range(table.width)]
     word = pl.col("0").str.strip_chars(headings.MARKS).str.to_uppercase()

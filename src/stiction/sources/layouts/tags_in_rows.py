@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import polars as pl
+
 from stiction.sources.layouts import wide
 from stiction.sources.layouts.headings import forget_note_on_lines_above, parse_role
 from stiction.sources.roles.column_names import normalise_name
@@ -40,8 +42,6 @@ def _find_corner(table: RawTable, *, min_times: int = 4, max_leading: int = 6) -
 
 def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
     """Turn the table round and give its columns, one for each row."""
-    import polars as pl
-
     corner = _find_corner(table)
     assert corner is not None
     times, first, tag_position = corner

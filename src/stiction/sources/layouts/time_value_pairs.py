@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
+import polars as pl
+
 from stiction.sources.layouts.headings import (
     find_clock,
     heading_column,
@@ -21,7 +23,6 @@ from stiction.sources.time.time_columns import is_time_heading
 
 if TYPE_CHECKING:
     import numpy as np
-    import polars as pl
     from numpy.typing import NDArray
 
     from stiction.sources.options import ReadOptions
@@ -89,8 +90,6 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
 
 def _written_rows(times: pl.Series) -> NDArray[np.integer]:
     """Give the rows with a time stamp; a pair may end before the longest one of the table."""
-    import polars as pl
-
     written = times.is_not_null()
     if times.dtype == pl.String:
         written &= times.str.strip_chars() != ""

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from operator import and_
 from typing import TYPE_CHECKING
 
 import numpy as np
+import polars as pl
 
 from stiction.errors import RecordError, Setting
 from stiction.records.quality.compression import is_stored_on_change
 from stiction.sources.layouts.headings import (
+    convert_units,
     find_clock,
     flag_positions,
     heading_column,
@@ -18,20 +21,19 @@ from stiction.sources.layouts.headings import (
     pick_stamps,
     table_headings,
 )
-from stiction.sources.roles.column_names import normalise_name
-from stiction.sources.roles.vocabulary import MISSING_WORDS
+from stiction.sources.roles.column_names import is_unit, normalise_name
+from stiction.sources.roles.vocabulary import MISSING_WORDS, UNIT_HEADINGS
 from stiction.sources.values.numeric_cells import parse_numbers
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-    import polars as pl
 
     from stiction.sources.options import ReadOptions
     from stiction.sources.table import RawTable, TagColumn
 
 __all__ = ["read", "recognises"]
 
+_UNIT_OF = re.compile(rf"(?:(.*?)[\s._:/-]+)?(?:{'|'.join(map(re.escape, UNIT_HEADINGS))})", re.IGNORECASE)
 MIN_WRITTEN = 3
 """Cells among the first rows without which a column is not looked at, as some formats give those of few columns [-]."""
 
@@ -50,7 +52,7 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
             where=f"{table.origin.name}, line {table.first_line}",
         )
     clock, no_signals = find_clock(table, options)
-    columns = [heading_column(table, i, clock) for i in range(table.width) if i not in no_signals]
+    columns = _convert_units([heading_column(table, i, clock) for i in range(table.width) if i not in no_signals])
     if clock is None or not (sparse := _find_sparse(table, columns)):
         return columns
     table.load(range(table.width))
@@ -64,6 +66,22 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
             column = pick_rows(column, rows, pick_stamps(clock, rows), own_clock=True)
         stored += [column] if len(column.cells) else []
     return stored
+
+
+def _convert_units(columns: list[TagColumn]) -> list[TagColumn]:
+    """Convert each signal by its column of units, named after it (``FIC-1.PV Unit``) or right after it (``Unit``)."""
+    owners = {normalise_name(column.name): column for column in columns}
+    kept: list[TagColumn] = []
+    for column in columns:
+        found = _UNIT_OF.fullmatch(column.name.strip())
+        cells = column.table.sample_column(column.position) if found and column.position is not None else []
+        found = found if cells and all(map(is_unit, set(cells))) else None
+        owner = owners.get(normalise_name(found[1])) if found and found[1] else (kept or [None])[-1]
+        if found and owner is not None and parse_role(owner.name):
+            convert_units(owner, column.load())
+        else:
+            kept.append(column)
+    return kept
 
 
 def _is_quality_of(quality: TagColumn, column: TagColumn, qualities: Sequence[TagColumn]) -> bool:
@@ -121,8 +139,6 @@ def _is_sparse(
 
 def _written_mask(cells: pl.Series) -> pl.Series:
     """Mark the cells that hold something."""
-    import polars as pl
-
     if cells.dtype != pl.String:
         return cells.is_not_null()
     return cells.is_not_null() & ~cells.str.strip_chars().str.to_uppercase().is_in(list(MISSING_WORDS))

@@ -6,6 +6,7 @@ import re
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+import polars as pl
 
 from stiction.sources.time.stamps import Stamps, unwrap_clock
 from stiction.sources.time.text_column import parse_text_stamps
@@ -66,8 +67,6 @@ def find_epoch(values: NDArray[np.float64], unit: float | None = None) -> _Epoch
 
 def parse_numeric_time(values: NDArray[np.float64], unit: float | None) -> Stamps:
     """Parse a time column of numbers, NaN where a cell is none; `unit` is in seconds, None where no header names it."""
-    import polars as pl
-
     finite = values[np.isfinite(values)]
     if finite.size < 2:
         return Stamps(values * (unit or 1.0), "relative")

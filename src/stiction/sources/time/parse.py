@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+import polars as pl
 
 from stiction.display.number_format import count_noun
 from stiction.sources.options import FIXED_OFFSET
@@ -19,7 +20,6 @@ from stiction.sources.time.time_order import is_newest_first, to_datetime
 from stiction.sources.values.numeric_cells import parse_numbers
 
 if TYPE_CHECKING:
-    import polars as pl
     from numpy.typing import NDArray
 
     from stiction.sources.options import ReadOptions
@@ -69,15 +69,11 @@ def parse_time(
 
 
 def _as_text(cells: pl.Series) -> pl.Series:
-    import polars as pl
-
     return cells.cast(pl.String)
 
 
 def _parse_temporal(cells: pl.Series) -> Stamps:
     """Convert a column that is stored as dates, times or durations."""
-    import polars as pl
-
     if cells.dtype == pl.Duration:
         return Stamps(cells.dt.total_nanoseconds().cast(float).to_numpy() / 1e9, "relative")
     if cells.dtype == pl.Time:
@@ -157,8 +153,6 @@ def localise(stamps: Stamps, timezone: str) -> Stamps:
 
 def _to_utc(seconds: NDArray[np.float64], timezone: str, ambiguous: str) -> NDArray[np.float64]:
     """Convert a wall clock to UTC [s]; NaN in an hour that the clock skips."""
-    import polars as pl
-
     if fixed := FIXED_OFFSET.fullmatch(timezone):
         return seconds - float(f"{fixed[1]}60") * (60.0 * int(fixed[2]) + int(fixed[3]))
     local = pl.Series(np.round(seconds * 1e6).astype(np.int64)).cast(pl.Datetime("us"))

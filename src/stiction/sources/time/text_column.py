@@ -7,6 +7,7 @@ from datetime import UTC, datetime, timedelta
 from typing import TYPE_CHECKING
 
 import numpy as np
+import polars as pl
 
 from stiction.errors import RecordError, Setting
 from stiction.sources.table import SNIFF_ROWS
@@ -16,7 +17,6 @@ from stiction.sources.time.text_stamps import CLOCK, ELAPSED, NUMBERED, REWRITES
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    import polars as pl
     from numpy.typing import NDArray
 
 __all__ = ["find_first_unread", "parse_by_strptime", "parse_text_stamps"]
@@ -58,8 +58,6 @@ def parse_text_stamps(cells: pl.Series, *, day_first: bool | None = None, time_f
 
 def find_first_unread(cells: pl.Series, seconds: NDArray[np.float64]) -> tuple[int, str] | None:
     """Row and text of the first cell that is neither empty nor understood."""
-    import polars as pl
-
     rows = np.flatnonzero(np.isnan(seconds))
     if not rows.size:
         return None
@@ -126,8 +124,6 @@ def _parse_by_format(cells: pl.Series, text: str) -> NDArray[np.float64]:
 
 def _sum_groups(cells: pl.Series, form: str) -> NDArray[np.float64]:
     """Sum the days, hours, minutes and seconds that the groups of a form catch [s]; NaN where it does not fit."""
-    import polars as pl
-
     parts = cells.str.extract_groups(form).struct.unnest()
     units = {"day": 86400.0, "hour": 3600.0, "minute": 60.0, "second": 1.0}
     number = {name: pl.col(name).str.replace(",", ".", literal=True).cast(float) for name in units}
@@ -193,8 +189,6 @@ def choose_date_order(texts: Sequence[str], has_am_pm: bool, notes: list[str]) -
 
 def _parse_format(cells: pl.Series, sample: Sequence[str], time_format: str) -> Stamps:
     """Parse cells by the user's format: by polars where it agrees with Python on the first cells, else one by one."""
-    import polars as pl
-
     seconds, has_zone = np.full(len(cells), np.nan), False
     expected = [parse_by_strptime(cell, time_format)[0] for cell in sample]
     if not re.search(r"%[^YmdHMSIpbyjf]", time_format):

@@ -7,6 +7,7 @@ from collections import Counter
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+import polars as pl
 
 from stiction.sources.roles.vocabulary import CELL_UNITS, MISSING_WORDS
 from stiction.sources.values.number_text import GROUP_MARKS, GROUPED, NUMBER_AND_ANY_UNIT, PLAIN, SPACES
@@ -14,7 +15,6 @@ from stiction.sources.values.thousands import refuse_ambiguous_thousands
 from stiction.sources.values.units import scale_between, to_one_unit
 
 if TYPE_CHECKING:
-    import polars as pl
     from numpy.typing import NDArray
 
 __all__ = ["NumericColumn", "parse_numbers"]
@@ -49,16 +49,7 @@ def parse_numbers(
     `where` is the file and column, for messages. Unless the user gave the decimal mark, 1.003, which may be 1003, is
     refused beside 999. Numbers in several units are converted to `unit`, that of the header, or to the one that most
     have, or else refused.
-
-    Examples
-    --------
-    >>> import polars as pl
-    >>> column = parse_numbers(pl.Series(["1,5 bar", "Bad Input", "Bad Input", "2 bar", None]), ",")
-    >>> column.values, column.texts, column.unit
-    (array([1.5, nan, nan, 2. , nan]), Counter({'Bad Input': 2, '': 1}), 'bar')
     """
-    import polars as pl
-
     texts, written, unit, note = Counter(), unit, "", ""
     if cells.dtype in (pl.Categorical, pl.Enum):
         cells = cells.cast(pl.String)
@@ -82,8 +73,6 @@ def parse_numbers(
 
 def _parse_texts(cells: pl.Series, decimal: str, where: str, written: str) -> NumericColumn:
     """Cast the column at once, then parse what is left by distinct text."""
-    import polars as pl
-
     plain = cells
     if decimal == ",":  # a point beside a decimal comma separates thousands
         plain = cells.set(cells.str.contains(".", literal=True), None).str.replace(",", ".", literal=True)
@@ -116,8 +105,6 @@ def _parse_texts(cells: pl.Series, decimal: str, where: str, written: str) -> Nu
 
 def _parse_words(words: pl.Series, decimal: str) -> tuple[NDArray[np.float64], pl.Series]:
     """Give the number and the unit of each text, as `parse_number` does."""
-    import polars as pl
-
     text = pl.col("text").str.replace_all("[\u00a0\u202f]", " ").str.replace_all("\u2212", "-").str.strip_chars()
     number, marks = pl.col("number"), GROUP_MARKS[decimal]
     is_plain, is_grouped = (number.str.contains(f"^(?:{form[decimal]})$") for form in (PLAIN, GROUPED))

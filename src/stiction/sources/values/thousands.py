@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import re
 from typing import TYPE_CHECKING
 
@@ -21,7 +20,7 @@ __all__ = ["GROUPS", "find_ambiguous_cell", "find_torn_number", "refuse_ambiguou
 
 GROUPS = re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+")
 _ONE_GROUP = {mark: rf"[+-]?[1-9][0-9]{{0,2}}{re.escape(mark)}[0-9]{{3}}" for mark in ".,"}
-_TORN = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}(\.\d*)?")
+_TORN = re.compile(r"(?:^|,)\s*([+-]?[1-9]\d{0,2})\s*,\s*(\d{3}(?:\.\d*)?)\s*(?:,|$)")
 _OTHER_MARK = {".": ",", ",": "."}
 
 
@@ -110,5 +109,5 @@ def refuse_other_decimal(
 
 def find_torn_number(row: Sequence[str]) -> str:
     """Find the first number that a comma between its thousands has split into two cells; empty when there is none."""
-    pairs = (f"{one.strip()},{other.strip()}" for one, other in itertools.pairwise(row))
-    return next(filter(_TORN.fullmatch, pairs), "")
+    found = _TORN.search(",".join(row))
+    return f"{found[1]},{found[2]}" if found else ""
