@@ -21,6 +21,7 @@ from stiction.diagnosis.evidence.pooling import (
     pooled_features,
     tabulate,
 )
+from stiction.diagnosis.verdict.causes import CAUSES
 from stiction.diagnosis.verdict.decision import DEFAULT_PRIOR
 from stiction.diagnosis.verdict.history import Window, evidence_of
 from stiction.diagnosis.verdict.model import log_odds
@@ -73,7 +74,8 @@ def history_windows(rows: pl.DataFrame) -> list[Window]:
         found.append(
             Window(
                 None, float(row["window"]), row["window"] + 1.0, row["state"], row["probability"], **sizes,
-                S_detectable=row["S_detectable"], valve_cause=row["cause_valve"],
+                S_detectable=row["S_detectable"],
+                causes=tuple(row[f"cause_{name}"] for name in CAUSES) if known else (),
                 over_deadband=float(sum(row[f"x_{name}"] for name in DEADBAND_FEATURES if is_known(row[f"x_{name}"]))),
                 evidence=evidence_of(min(max(row["probability"], 1e-6), 1.0 - 1e-6), DEFAULT_PRIOR) if known else 0.0,
             )

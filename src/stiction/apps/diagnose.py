@@ -1,7 +1,7 @@
 """``stiction diagnose``: verdicts for recorded loops."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from cyclopts import Parameter
 
@@ -12,6 +12,7 @@ from stiction.errors import ParameterError, RecordError
 
 if TYPE_CHECKING:
     from stiction.diagnosis import Diagnosis
+    from stiction.records import LoopRecord
 
 __all__ = ["diagnose", "diagnose_files"]
 
@@ -31,6 +32,8 @@ def diagnose(
     export_twin: Annotated[str | None, Parameter(name="--export-twin", negative="")] = None,
 ) -> int:
     """Find out for each loop whether its valve sticks, how much, with what probability, and what to do.
+
+    Files of one loop, by tag and time stamps, are pooled to one verdict.
 
     "Cannot tell" in a table is the verdict "undecided". Exit code 1 when a valve sticks, 0 when none does, 3 when no
     file could be used.
@@ -93,6 +96,36 @@ def diagnose(
     return diagnose_files(files, options, judgement, target, as_json=as_json, explain=explain, twin=export_twin)
 
 
+class LoopFiles(NamedTuple):
+    """All records of one loop."""
+
+    records: "list[LoopRecord]"
+    """The records."""
+
+    @property
+    def record(self) -> "LoopRecord":
+        """The first one, whose tag and file name the loop."""
+        return self.records[0]
+
+
+def group_by_loop(records: "list[LoopRecord]") -> tuple[list[LoopFiles], list[str]]:
+    """Put records with times and the same tag together, and say which of them do not fit together."""
+    from stiction.diagnosis.evidence.one_loop import order_records
+
+    groups: dict[tuple[str, int], list[LoopRecord]] = {}
+    for number, record in enumerate(records):
+        groups.setdefault((record.tag, -1 if record.start is not None else number), []).append(record)
+    loops, notes = [], []
+    for group in groups.values():
+        try:
+            order_records(group)
+            loops.append(LoopFiles(group))
+        except RecordError as error:
+            notes.append(f"Not pooled: {error}")
+            loops += [LoopFiles([record]) for record in group]
+    return loops, notes
+
+
 def diagnose_files(
     files: tuple[str, ...],
     options: dict[str, Any],
@@ -117,7 +150,10 @@ def diagnose_files(
     settings = {
         "prior": judgement["prior"], "costs": Costs(*judgement["costs"]), "smallest_S": judgement["smallest_S"],
     }  # fmt: skip
-    diagnoses, more = try_each(track(records, "Diagnosing"), lambda record: stiction.diagnose(record, **settings))
+    loops, notes = group_by_loop(records)
+    for note in notes:
+        print_err(note)
+    diagnoses, more = try_each(track(loops, "Diagnosing"), lambda loop: stiction.diagnose(loop.records, **settings))
     failures += more
     if as_json:
         judged = ({**diagnosis.to_dict(), "error": None} for diagnosis in diagnoses)

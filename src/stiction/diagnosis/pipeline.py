@@ -9,6 +9,7 @@ import numpy as np
 
 from stiction.diagnosis.detection import detect_all
 from stiction.diagnosis.evidence.diagnose_windows import diagnose_windows
+from stiction.diagnosis.evidence.further import diagnose_further
 from stiction.diagnosis.evidence.one_loop import order_records
 from stiction.diagnosis.identification.identify_record import fit_segment
 from stiction.diagnosis.identification.loop_response import fit_response
@@ -28,10 +29,11 @@ from stiction.sources.one_loop import records_of_loop
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from stiction.diagnosis.evidence.further import StoredWindow
     from stiction.diagnosis.segment import JudgedSegment
     from stiction.records.record import LoopRecord
 
-__all__ = ["diagnose"]
+__all__ = ["diagnose", "diagnose_new"]
 
 
 def diagnose(
@@ -100,6 +102,29 @@ def diagnose(
             return diagnose_windows(records, judge, methods=methods)
         segments = [judge_segment(one) for one in (records[0], *records[0].other_readings)]
         return compare_readings([judge(segment, methods) for segment in segments])
+
+
+def diagnose_new(
+    record: LoopRecord,
+    stored: Sequence[StoredWindow],
+    length: float | None,
+    *,
+    prior: float,
+    costs: Costs,
+    smallest_S: float = DEFAULT_SMALLEST_S,
+) -> tuple[Diagnosis, list[StoredWindow]]:
+    """Diagnose a loop of which a ledger holds windows: judge what is new in the record, and pool all.
+
+    Returns the diagnosis, and the windows that are new or changed; see `diagnose_further`.
+    """
+
+    def judge(segment: JudgedSegment, methods: bool) -> Diagnosis:
+        return _diagnose(segment, prior, costs, smallest_S, methods)
+
+    with one_thread():
+        if record.other_readings:
+            return diagnose(record, prior=prior, costs=costs, smallest_S=smallest_S, methods=False), []
+        return diagnose_further(record, stored, length, judge)
 
 
 def _diagnose(segment: JudgedSegment, prior: float, costs: Costs, smallest_S: float, methods: bool) -> Diagnosis:

@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from stiction.diagnosis.evidence.version import judging_version
 from stiction.errors import RecordError
 from stiction.fleet.audit_options import RUN_OPTIONS
 from stiction.fleet.batch import Batch, LoopTask
@@ -62,6 +63,7 @@ class AuditStages:
         self.places: dict[int, LoopPlace] = {}
         self.fingerprints: dict[int, str] = {}
         self.results = ledger.read_results(key)
+        self.known = ledger.read_windows(key.options, judging_version())
         self.began = time.monotonic()
         self.loop_s = 0.0
         self._engine: Engine | None = None
@@ -178,7 +180,7 @@ class AuditStages:
 
     def _task(self, number: int, stage: str) -> LoopTask:
         screened = self.results[number].row if stage == "diagnose" else None
-        return LoopTask(number, self.places[number], screened)
+        return LoopTask(number, self.places[number], screened, self.known.get(number) if screened else None)
 
     def _store(self, stage: str, outcomes: list[Outcome]) -> None:
         """Write the signals of a batch, then its rows in one transaction."""
@@ -190,6 +192,9 @@ class AuditStages:
             if stage == "diagnose":
                 name = self.results[one.number].signals
             rows.append((StoredResult(one.number, self.fingerprints[one.number], stage, name, one.row), one.cpu_s))
+        self.ledger.write_windows(
+            self.key.options, judging_version(), {one.number: one.windows for one in outcomes if one.windows}
+        )
         self.ledger.write_results(self.key, rows)
         self.results |= {row.loop: row for row, _ in rows}
 

@@ -17,8 +17,10 @@ from stiction.foreign_errors import failure_of
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from stiction.diagnosis.evidence.further import StoredWindow
     from stiction.fleet.block_means import BlockMeans
     from stiction.fleet.source_parts import LoopPlace
+    from stiction.fleet.stored_windows import KnownWindows
 
 __all__ = ["Batch", "LoopTask", "Outcome", "run_batch"]
 
@@ -38,6 +40,8 @@ class LoopTask:
     """Where it is."""
     screened: LoopRow | None = None
     """Its row of the screen, for the diagnosis; None for the screen."""
+    known: KnownWindows | None = None
+    """Its windows in the ledger; None where there are none."""
 
 
 @dataclass(frozen=True)
@@ -68,6 +72,8 @@ class Outcome:
     """Processor time [s]."""
     means: BlockMeans | None = field(default=None, repr=False)
     """Its block means, from the screen."""
+    windows: tuple[StoredWindow, ...] = field(default=(), repr=False)
+    """Its windows that are new or changed, from the diagnosis."""
 
 
 class _LoopTimeoutError(Exception):
@@ -90,13 +96,13 @@ def run_batch(batch: Batch) -> list[Outcome]:
 
 def _run_task(task: LoopTask, settings: WorkSettings) -> Outcome:
     began = time.process_time()
-    means = None
+    means, windows = None, ()
     try:
         with _time_limit(settings.time_limit):
             if task.screened is None:
                 row, means = screen_loop(task.place, settings)
             else:
-                row = diagnose_loop(task.place, settings, task.screened)
+                row, windows = diagnose_loop(task.place, settings, task.screened, task.known)
     except _LoopTimeoutError:
         limit = f"{settings.time_limit:g} s of processor time"
         reason = f"The loop took more than {limit}; raise time_limit, or shorten the record."
@@ -105,7 +111,7 @@ def _run_task(task: LoopTask, settings: WorkSettings) -> Outcome:
         raise
     except BaseException as error:
         row = LoopRow.of_place(task.place, status="error", reason=str(failure_of(error, task.place.tag)))
-    return Outcome(task.number, row, time.process_time() - began, means)
+    return Outcome(task.number, row, time.process_time() - began, means, windows)
 
 
 @contextmanager

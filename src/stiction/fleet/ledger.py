@@ -6,12 +6,14 @@ import json
 import os
 import time
 from contextlib import closing, contextmanager, suppress
+from datetime import datetime
 from pathlib import Path
 from shutil import copyfile
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from stiction.errors import RecordError
 from stiction.fleet.loop_row import LoopRow
+from stiction.fleet.stored_windows import replace_windows, select_windows, window_table
 from stiction.scratch import ScratchFolder
 
 if TYPE_CHECKING:
@@ -19,6 +21,9 @@ if TYPE_CHECKING:
     from typing import TypeVar
 
     from sqlalchemy import Connection, Engine
+
+    from stiction.diagnosis.evidence.further import StoredWindow
+    from stiction.fleet.stored_windows import KnownWindows
 
     Value = TypeVar("Value")
 
@@ -91,6 +96,7 @@ class Ledger:
             sa.Column("finished", sa.String(40)), *(sa.Column(name, sa.String(80)) for name in ResultKey._fields),
             sa.Column("body", sa.Text),
         )  # fmt: skip
+        self.windows = window_table(data)
         self._data = data
 
     def create(self) -> None:
@@ -213,6 +219,15 @@ class Ledger:
             for row in self._transact(lambda connection: connection.execute(query).all())
         ]
 
+    def read_windows(self, options: str, version: str) -> dict[int, KnownWindows]:
+        """Read the windows of all loops, judged with some options by a version of the models: number -> windows."""
+        return self._transact(lambda connection: select_windows(connection, self.windows, options, version))
+
+    def write_windows(self, options: str, version: str, rows: Mapping[int, Sequence[StoredWindow]]) -> None:
+        """Write windows of loops in one transaction; a window of the same begin is replaced."""
+        if any(rows.values()):
+            self._transact(lambda connection: replace_windows(connection, self.windows, options, version, rows))
+
     def used_signals(self) -> set[str]:
         """Names of the parts of block means that a row refers to."""
         import sqlalchemy as sa
@@ -304,8 +319,6 @@ def _columns(row: StoredResult) -> dict[str, Any]:
 
 
 def _now() -> str:
-    from datetime import datetime
-
     return datetime.now().astimezone().isoformat(timespec="seconds")
 
 

@@ -71,6 +71,12 @@ class LoopRow(Result, Mapping[str, Any]):
     """Probability that the valve sticks [-]."""
     S_detectable: float | None = field(default=None, metadata=_of("diagnosis.S_detectable"))
     """Smallest S that the record would have shown [% of span]; None where no S would."""
+    windows: int | None = None
+    """Windows of the loop that were judged and pooled, those of earlier runs too [-]."""
+    windows_left_out: int = 0
+    """Windows of earlier runs that other models judged and that the source no longer holds [-]."""
+    history: tuple[dict[str, Any], ...] = ()
+    """When the fault began, grew or was repaired, as in the JSON of a diagnosis."""
     loop_state: StateName | None = field(default=None, metadata=_of("diagnosis.loop_state.state"))
     """State of the loop."""
     oscillation_cause: str = field(default="none", metadata=_of("diagnosis.cause"))
@@ -235,6 +241,8 @@ class LoopRow(Result, Mapping[str, Any]):
             status="skipped" if state.state in RESTING_STATES else "diagnosed",
             not_in_command_share=min(1.0, lost / max(diagnosis.record.duration, 1e-9)),
             data_warnings=tuple(check.name for check in (*quality.rejections, *quality.warnings)),
+            windows=len(diagnosis.windows) or None,
+            history=tuple(one.to_dict() for one in diagnosis.history),
         )
 
     @classmethod
@@ -248,7 +256,8 @@ class LoopRow(Result, Mapping[str, Any]):
         known = {name: value for name, value in stored.items() if name in NAMES}
         oscillations = tuple(LoopOscillation(**one) for one in known.get("oscillations", ()))
         warnings = tuple(known.get("data_warnings", ()))
-        return cls(**known | {"oscillations": oscillations, "data_warnings": warnings})
+        history = tuple(known.get("history", ()))
+        return cls(**known | {"oscillations": oscillations, "data_warnings": warnings, "history": history})
 
     def _read_from(self, **sources: object) -> LoopRow:
         """Read the fields that come from some sources; a source that is None leaves them unknown."""

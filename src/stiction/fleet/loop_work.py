@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from datetime import datetime
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,8 +17,8 @@ from stiction.fleet.rank import rank_row
 from stiction.fleet.source_parts import LoopPlace, read_loop
 
 if TYPE_CHECKING:
-    from datetime import datetime
-
+    from stiction.diagnosis.evidence.further import StoredWindow
+    from stiction.fleet.stored_windows import KnownWindows
     from stiction.records.record import LoopRecord
 
 __all__ = ["WorkSettings", "cut_time", "diagnose_loop", "screen_loop"]
@@ -70,20 +71,37 @@ def screen_loop(place: LoopPlace, settings: WorkSettings) -> tuple[LoopRow, Bloc
     return rank_row(replace(row, oscillations=oscillations)), means
 
 
-def diagnose_loop(place: LoopPlace, settings: WorkSettings, screened: LoopRow) -> LoopRow:
-    """Diagnose one loop as `stiction.diagnose` does, and complete its row of the screen.
+def diagnose_loop(
+    place: LoopPlace, settings: WorkSettings, screened: LoopRow, known: KnownWindows | None = None
+) -> tuple[LoopRow, tuple[StoredWindow, ...]]:
+    """Diagnose one loop as `stiction.diagnose` does, with the windows that are known, and complete its row.
+
+    Gives the row, and the windows that are new or changed. Windows of other models are judged again where the source
+    still holds them.
 
     Raises
     ------
     RecordError
         When the loop cannot be read.
     """
-    from stiction.diagnosis import diagnose
+    from stiction.diagnosis.pipeline import diagnose_new
     from stiction.diagnosis.verdict.decision import Costs
 
-    record = cut_time(read_loop(place), settings.since, settings.until)
-    found = diagnose(record, prior=settings.prior, costs=Costs(*settings.costs), methods=False)
-    return rank_row(screened.with_diagnosis(found))
+    record = read_loop(place)
+    windows = known.windows if known else []
+    since = settings.since
+    if since is not None and known and record.start is not None:
+        begins = [one.begin for one in windows] + [datetime.fromisoformat(text) for text in known.others]
+        since = min([since, *begins], key=lambda moment: moment.replace(tzinfo=None))
+    record = cut_time(record, since, settings.until)
+    found, new = diagnose_new(
+        record, windows, known.length if known else None, prior=settings.prior, costs=Costs(*settings.costs)
+    )
+    row = screened.with_diagnosis(found)
+    if known:
+        judged = {one.begin.isoformat() for one in (*windows, *new)}
+        row = replace(row, windows_left_out=len(known.others - judged))
+    return rank_row(row), tuple(new)
 
 
 def cut_time(record: LoopRecord, since: datetime | None, until: datetime | None) -> LoopRecord:

@@ -32,13 +32,13 @@ def found(day):
 
 
 def test_long_record_is_pooled_from_its_windows(day, found):
-    assert [(one.start_s, one.end_s) for one in found.windows] == [(0.0, 4000.0), (4000.0, 8000.0), (8000.0, 12000.0)]
-    assert [one.start for one in found.windows] == [START + timedelta(seconds=4000.0 * k) for k in range(3)]
+    assert [(one.start_s, one.end_s) for one in found.windows] == [(0.0, 4320.0), (4320.0, 8640.0), (8640.0, 12000.0)]
+    assert [one.start for one in found.windows] == [START + timedelta(seconds=4320.0 * k) for k in range(3)]
     assert found.verdict == "stiction"
     assert found.identification.S_low <= 4.0 <= found.identification.S_high
     widths = [one.S_high - one.S_low for one in found.windows]
     assert found.identification.S_high - found.identification.S_low < min(widths)
-    alone = st.diagnose(day.window(4000, 8000), methods=False)
+    alone = st.diagnose(day.window(4320, 8640), methods=False)
     assert found.windows[1].probability == alone.probability
     assert found.windows[1].S == alone.identification.S
 
@@ -49,7 +49,7 @@ def test_contributions_add_up_to_the_pooled_probability(found):
 
 
 def test_records_and_the_record_that_they_make_give_the_same(day, found):
-    parts = [day.window(first, first + 4000) for first in (4000, 0, 8000)]
+    parts = [day.window(*pair) for pair in ((4320, 8640), (0, 4320), (8640, 12_000))]
     pooled = st.diagnose(parts)
     assert pooled.probability == found.probability
     assert [one.to_row() for one in pooled.windows] == [one.to_row() for one in found.windows]

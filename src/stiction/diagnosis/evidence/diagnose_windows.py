@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from datetime import timedelta
 from typing import TYPE_CHECKING
 
 from stiction.diagnosis.detection import detect_all
 from stiction.diagnosis.evidence.pool_diagnoses import PooledWindows
-from stiction.diagnosis.evidence.windows import cut_record, settle_cuts
+from stiction.diagnosis.evidence.windows import cut, settle_target, take, window_target
 from stiction.diagnosis.segment import judge_segment
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
     Judge = Callable[[JudgedSegment, bool], Diagnosis]
 
-__all__ = ["diagnose_windows"]
+__all__ = ["Judge", "diagnose_windows"]
 
 
 def diagnose_windows(records: Sequence[LoopRecord], judge: Judge, *, methods: bool) -> Diagnosis:
@@ -39,19 +40,21 @@ def diagnose_windows(records: Sequence[LoopRecord], judge: Judge, *, methods: bo
     Diagnosis
         That of the only window as it is, or the pooled one.
     """
-    cuts, length, judged = settle_cuts(records[0])
+    target, judged = window_target(records[0].dt), {}
+    if len(records[0]) * records[0].dt >= 2.0 * target:
+        target, judged = settle_target(records[0])
     pooled, elapsed_s = PooledWindows(), 0.0
-    single = len(records) == 1 and len(cuts) == 1
     for number, record in enumerate(records):
+        cuts = cut(record, target)
+        single = len(records) == 1 and len(cuts) == 1
         if number:
-            cuts, judged, elapsed_s = cut_record(record, length), {}, _offset(records[0], record, elapsed_s)
-        for k, cut in enumerate(cuts):
-            part = record if cut.last - cut.first == len(record) else record.window(cut.first, cut.last)
-            segment = judged.pop(k, None) or judge_segment(part)
-            pooled.add(judge(segment, methods and single), elapsed_s + cut.first * record.dt)
+            judged, elapsed_s = {}, _offset(records[0], record, elapsed_s)
+        for one in cuts:
+            segment = judged.pop((one.first, one.last), None) or judge_segment(take(record, one))
+            pooled.add(judge(segment, methods and single), elapsed_s + one.first * record.dt)
         elapsed_s += record.duration
     found = pooled.diagnose()
-    if not methods or single or not found.loop_state.in_control:
+    if not methods or found.evidence or not found.loop_state.in_control:
         return found
     return replace(found, evidence=detect_all(found.segment.part, found.oscillation))
 
@@ -60,4 +63,4 @@ def _offset(first: LoopRecord, record: LoopRecord, elapsed_s: float) -> float:
     """Start of a record, from the first sample of the first one [s]; records without times follow one another."""
     if first.start is None or record.start is None:
         return elapsed_s
-    return (record.start - first.start).total_seconds()
+    return (record.start - first.start) / timedelta(seconds=1.0)

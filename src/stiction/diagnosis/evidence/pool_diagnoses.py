@@ -50,7 +50,7 @@ def describe_window(found: Diagnosis, start_s: float) -> Window:
     record, one, model = found.record, found.identification, stiction_model()
     about = Window(
         record.start, start_s, start_s + record.duration, found.loop_state.state, found.probability,
-        S_detectable=found.S_detectable, valve_cause=found.oscillation_cause.valve,
+        S_detectable=found.S_detectable,
     )  # fmt: skip
     if not found.loop_state.in_control or one is None:
         return about
@@ -59,6 +59,7 @@ def describe_window(found: Diagnosis, start_s: float) -> Window:
     return replace(
         about, S=one.S, S_low=one.S_low, S_high=one.S_high, J=one.J, J_low=one.J_low, J_high=one.J_high,
         over_deadband=float(sum(jumps)), contributions=found.contributions,
+        causes=tuple(getattr(found.oscillation_cause, name) for name in CAUSES),
         evidence=model.intercept + total - log_odds(model.training_prior),
     )  # fmt: skip
 
@@ -69,12 +70,21 @@ class PooledWindows:
     Only two diagnoses are kept, whatever the number of windows: the one with the most evidence, and the last one.
     """
 
-    def __init__(self, before: Sequence[Window] = ()) -> None:
-        self.windows: list[Window] = list(before)
-        self._causes: dict[int, OscillationCause] = {}
+    def __init__(self) -> None:
+        self.windows: list[Window] = []
         self._best: tuple[int, Diagnosis] | None = None
         self._last: tuple[int, Diagnosis] | None = None
         self._other: dict[str, Diagnosis] = {}
+
+    def add_known(self, window: Window) -> None:
+        """Add a window that was judged before."""
+        self.windows.append(window)
+
+    def stand_for(self, found: Diagnosis) -> None:
+        """Let a diagnosis stand for the windows where none was judged now."""
+        if found.loop_state.in_control:
+            self._best = self._last = (len(self.windows) - 1, found)
+        self._other.setdefault(found.loop_state.state, found)
 
     def add(self, found: Diagnosis, start_s: float) -> Window:
         """Add the diagnosis of the next window."""
@@ -82,7 +92,6 @@ class PooledWindows:
         number = len(self.windows)
         self.windows.append(window)
         if window.in_control:
-            self._causes[number] = found.oscillation_cause
             self._last = (number, found)
             best = -np.inf if self._best is None else self.windows[self._best[0]].evidence
             if window.evidence >= best:
@@ -93,7 +102,8 @@ class PooledWindows:
     def diagnose(self) -> Diagnosis:
         """Pool the windows since the last change of the fault."""
         if self._last is None or self._best is None:
-            state = Counter(one.state for one in self.windows if one.state in self._other).most_common(1)[0][0]
+            states = Counter(one.state for one in self.windows if one.state in self._other)
+            state = states.most_common(1)[0][0] if states else next(iter(self._other))
             return replace(self._other[state], windows=tuple(self.windows), history=())
         if len(self.windows) == 1:
             found, table = self._last[1], tabulate(self.windows)
@@ -105,7 +115,7 @@ class PooledWindows:
         probability = pooled.probability(chosen.prior)
         excluded = pooled.S_detectable is not None and pooled.S_detectable <= chosen.smallest_S
         verdict = decide(probability, chosen.costs, excluded=excluded)
-        causes = _mean_causes([one for k, one in self._causes.items() if k >= first] or [chosen.oscillation_cause])
+        causes = _mean_causes([one.causes for one in self.windows[first:] if one.causes])
         valve = chosen.identification and replace(
             chosen.identification, S=pooled.S.value, S_low=pooled.S.low, S_high=pooled.S.high, J=pooled.J.value,
             J_low=pooled.J.low, J_high=pooled.J.high,
@@ -136,9 +146,9 @@ def judge_windows(windows: Sequence[Window]) -> tuple[Pooled, tuple[Change, ...]
     return pool_windows(tabulate(windows[first:])), history, first
 
 
-def _mean_causes(causes: Sequence[OscillationCause]) -> OscillationCause:
+def _mean_causes(causes: Sequence[tuple[float, ...]]) -> OscillationCause:
     """Mean probability of each cause over windows."""
-    return OscillationCause(**{name: float(np.mean([getattr(one, name) for one in causes])) for name in CAUSES})
+    return OscillationCause(*(float(np.mean(values)) for values in zip(*causes, strict=True)))
 
 
 def _pool_contributions(windows: Sequence[Window], chosen: Diagnosis, pooled: Pooled) -> tuple[Contribution, ...]:

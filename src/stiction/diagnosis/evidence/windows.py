@@ -18,7 +18,9 @@ if TYPE_CHECKING:
     from stiction.diagnosis.segment import JudgedSegment
     from stiction.records.record import LoopRecord
 
-__all__ = ["Cut", "cut_grid", "cut_record", "grid_length", "settle_cuts", "slowest_period", "window_target"]
+__all__ = [
+    "Cut", "cut", "cut_grid", "cut_record", "grid_length", "settle_target", "slowest_period", "take", "window_target",
+]  # fmt: skip
 
 PERIODS = 15.0
 """Fewest periods of the slowest oscillation in a window [-]."""
@@ -28,8 +30,10 @@ FEWEST_SAMPLES = 1000
 """Samples that are enough where more take longer than a shift [-]."""
 SHIFT = 8.0 * 3600.0
 """Length of a shift [s]."""
-GRID = (60, 120, 300, 600, 900, 1200, 1800, 3600, 7200, 10800, 14400, 21600, 28800, 43200, 86400)
-"""Lengths of windows in an audit, which divide a day [s]; longer ones are whole days."""
+GRID = tuple(86400.0 / k for k in range(1440, 0, -1) if 1440 % k == 0)
+"""Lengths of windows that divide a day, whole minutes [s]; longer ones are whole days."""
+DAY = 86400.0
+"""Length of a day [s]."""
 MAX_TRIED = 4
 """Windows among which one in control is looked for, to find the slowest oscillation [-]."""
 LEAST_SHARE = 0.5
@@ -84,7 +88,7 @@ def grid_length(target: float) -> float:
     Examples
     --------
     >>> grid_length(4000.0), grid_length(100_000.0)
-    (7200.0, 172800.0)
+    (4320.0, 172800.0)
     """
     return float(next((length for length in GRID if length >= target), 86400.0 * math.ceil(target / 86400.0)))
 
@@ -123,8 +127,20 @@ def cut_record(record: LoopRecord, target: float) -> list[Cut]:
     return cuts or [Cut(0, len(record))]
 
 
-def settle_cuts(record: LoopRecord) -> tuple[list[Cut], float, dict[int, JudgedSegment]]:
-    """Cut a record into windows that suit its slowest oscillation.
+def cut(record: LoopRecord, target: float) -> list[Cut]:
+    """Cut a record into windows of about a length [s]: on the grid of its days where it has times, else evenly.
+
+    A record shorter than two windows is one window.
+    """
+    if len(record) * record.dt < 2.0 * target:
+        return [Cut(0, len(record))]
+    if record.start is None:
+        return cut_record(record, target)
+    return cut_grid(record, grid_length(target)) or [Cut(0, len(record))]
+
+
+def settle_target(record: LoopRecord) -> tuple[float, dict[tuple[int, int], JudgedSegment]]:
+    """Find the length of windows that suits the slowest oscillation of a loop.
 
     Parameters
     ----------
@@ -134,24 +150,32 @@ def settle_cuts(record: LoopRecord) -> tuple[list[Cut], float, dict[int, JudgedS
     Returns
     -------
     tuple
-        The windows, their length [s], and the segments that were judged on the way, by the number of their window.
+        The length [s], and the segments that were judged on the way, by first and last sample.
 
     Notes
     -----
-    The oscillation is that of the first window in control, of a few at the begin of the record.
+    The oscillation is that of the first window in control of the first day, or of the first window.
     """
-    target = window_target(record.dt)
+    day, target = max(round(DAY / record.dt), 1), window_target(record.dt)
     while True:
-        cuts, judged, period = cut_record(record, target), {}, 0.0
-        for k, cut in enumerate(cuts[:MAX_TRIED] if len(cuts) > 1 else ()):
-            judged[k] = judge_segment(record.window(cut.first, cut.last))
-            if judged[k].loop_state.in_control:
-                period = slowest_period(judged[k].oscillation)
+        judged: dict[tuple[int, int], JudgedSegment] = {}
+        period = 0.0
+        for k, one in enumerate(cut(record, target)):
+            if k and (k >= MAX_TRIED or one.last > day):
+                break
+            segment = judged[one.first, one.last] = judge_segment(take(record, one))
+            if segment.loop_state.in_control:
+                period = slowest_period(segment.oscillation)
                 break
         needed = window_target(record.dt, period)
         if needed <= target:
-            return cuts, target, judged
+            return target, judged
         target = needed
+
+
+def take(record: LoopRecord, one: Cut) -> LoopRecord:
+    """The samples of a window; the record itself where that is all of it."""
+    return record if one.last - one.first == len(record) else record.window(one.first, one.last)
 
 
 def cut_grid(record: LoopRecord, length: float) -> list[Cut]:

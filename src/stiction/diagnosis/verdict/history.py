@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, fields
 from datetime import datetime
 from typing import TYPE_CHECKING, Any, Literal
 
+from stiction.diagnosis.verdict.causes import CAUSES
 from stiction.diagnosis.verdict.decision import DEFAULT_PRIOR
 from stiction.diagnosis.verdict.model import Contribution, log_odds
 from stiction.display.json_form import FOUR_DECIMALS, Result, json_as
@@ -48,8 +49,8 @@ class Window(Result):
     """Upper end of the 95 % interval of J [% of span]."""
     S_detectable: float | None = None
     """Smallest S that this window would have shown [% of span]; None where none would show."""
-    valve_cause: float = field(default=0.0, metadata=FOUR_DECIMALS)
-    """Probability that the valve makes the loop oscillate, by this window alone [-]."""
+    causes: tuple[float, ...] = field(default=(), metadata=json_as(omit=True))
+    """Probability of each of `CAUSES` [-]; empty where the window cannot be judged."""
     over_deadband: float = field(default=0.0, metadata=json_as(omit=True))
     """Evidence of a slip jump against deadband alone, asinh(LLR / 20) [-]; 0 where it is not known."""
     contributions: tuple[Contribution, ...] = ()
@@ -61,6 +62,11 @@ class Window(Result):
     def in_control(self) -> bool:
         """Whether the valve can be judged in it."""
         return self.state == "in_control" and self.S is not None
+
+    @property
+    def valve_cause(self) -> float:
+        """Probability that the valve makes the loop oscillate, by this window alone [-]."""
+        return self.causes[CAUSES.index("valve")] if self.causes else 0.0
 
     @property
     def duration(self) -> float:
@@ -75,7 +81,8 @@ class Window(Result):
     @classmethod
     def from_row(cls, row: Mapping[str, Any]) -> Window:
         """Window of what `to_row` gave."""
-        return cls(**{**row, "start": row["start"] and datetime.fromisoformat(row["start"])})
+        start = row["start"] and datetime.fromisoformat(row["start"])
+        return cls(**{**row, "start": start, "causes": tuple(row["causes"])})
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,6 +22,7 @@ from stiction.report.figures.spectrum import spectrum
 from stiction.report.figures.trends import trends
 from stiction.report.figures.twin_overlay import twin_overlay
 from stiction.report.figures.valve_position import valve_position
+from stiction.report.figures.windows import windows
 
 __all__ = [
     "autocorrelation",
@@ -42,4 +43,5 @@ __all__ = [
     "trends",
     "twin_overlay",
     "valve_position",
+    "windows",
 ]

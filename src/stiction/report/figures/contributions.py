@@ -45,11 +45,11 @@ def feature_table(diagnosis: Diagnosis) -> list[list[str]]:
     """Return name, formula, value and log odds of each feature, the strongest first, and of the average last."""
     from stiction.diagnosis.verdict.features import FEATURES
 
-    features = {feature.name: feature for feature in FEATURES}
+    formulas = {feature.name: feature.formula for feature in FEATURES}
     rows = [
         [
-            features[part.feature].label,
-            features[part.feature].formula,
+            part.label,
+            formulas.get(part.feature, "number of windows that were pooled"),
             labels.format_number(part.value),
             f"{part.log_odds:+.2f}",
         ]

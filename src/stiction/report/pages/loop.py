@@ -68,6 +68,7 @@ def loop_sections(diagnosis: Diagnosis, settings: Mapping[str, Any] | None = Non
     """Return the blocks of each section by its title, in the order of the page."""
     view = LoopView(diagnosis)
     sections: dict[str, list[Block | None]] = {
+        "Over time": [figures.windows(diagnosis)],
         "Trends": [_state(diagnosis), figures.trends(view)],
         "Why this verdict": [side_by_side(figures.contributions(view), figures.likelihood_ratios(view))],
         "Valve and process": _valve(view),

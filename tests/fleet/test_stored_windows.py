@@ -1,0 +1,63 @@
+"""An audit that runs each night ends like one run over all nights."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import datetime
+
+import numpy as np
+import pytest
+
+import stiction as st
+from stiction.diagnosis.evidence import version
+from stiction.fleet.ledger import Ledger, sqlite_url
+
+DAY = 1440
+
+
+@pytest.fixture(scope="module")
+def record():
+    """Three days of a sticky valve at one sample a minute."""
+    loop = st.Loop(st.PID(0.3, 600.0), st.Kano(5.0, 2.5), st.FOPDT(2.0, 600.0, 300.0), dt=60.0, noise=0.05)
+    load = np.convolve(np.random.default_rng(5).normal(0.0, 1.0, 3 * DAY), np.full(10, 0.3), "same")
+    made = st.simulate(loop, sp=10.0, duration=3 * DAY * 60.0, disturbance=load - load.mean(), seed=5, loop_type="flow")
+    return replace(made, mv=None, start=datetime(2026, 3, 1), tag="FIC-1")
+
+
+@pytest.fixture(scope="module")
+def nightly(record, tmp_path_factory):
+    """Folder of the audits of three nights, and the rows after each."""
+    folder = tmp_path_factory.mktemp("nights")
+    rows = []
+    for night in range(3):
+        record.window(0, (night + 1) * DAY).to_parquet(folder / "loop.parquet")
+        since = {"since": "last"} if night else {}
+        rows += st.audit(folder / "loop.parquet", folder / "out", workers=1, **since).rows
+    return folder, rows
+
+
+def test_nights_end_like_one_run(nightly):
+    folder, rows = nightly
+    [once] = st.audit(folder / "loop.parquet", folder / "once", workers=1).rows
+    assert [row.windows for row in rows] == [1, 2, 3]
+    assert once.windows == 3
+    assert rows[-1].probability == pytest.approx(once.probability, abs=1e-6)
+    assert (rows[-1].verdict, rows[-1].S) == (once.verdict, once.S)
+
+
+def test_audit_equals_diagnose(nightly, record):
+    assert nightly[1][-1].probability == pytest.approx(st.diagnose(record, methods=False).probability, abs=1e-9)
+
+
+def test_windows_of_other_models_are_judged_again_or_counted(nightly, record, monkeypatch):
+    folder, rows = nightly
+    monkeypatch.setattr("stiction.fleet.audit_stages.judging_version", lambda: "0 other")
+    record.window(DAY, 3 * DAY).to_parquet(folder / "loop.parquet")  # the first day is gone
+    [row] = st.audit(folder / "loop.parquet", folder / "out", workers=1, until="2026-03-04").rows
+    assert (row.windows, row.windows_left_out) == (2, 1)
+    assert row.probability != rows[-1].probability
+    ledger = Ledger(sqlite_url(folder / "out" / "ledger.sqlite"))
+    options = ledger.read_runs()[0]["options"]
+    [known] = ledger.read_windows(options, version.judging_version()).values()
+    assert len(known.windows) == 3
+    ledger.close()
