@@ -7,7 +7,7 @@ import json
 import pytest
 
 from stiction.apps.benchmark import _print_scores
-from stiction.apps.verdict_scores import confusion_counts, reliability, score_causes, score_groups
+from stiction.fleet.verdict_scores import confusion_counts, reliability, score_causes, score_groups
 
 
 def rows(*triples):

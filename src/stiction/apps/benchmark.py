@@ -28,7 +28,7 @@ def benchmark(folder: str = ".", /, *, as_json: JsonOption = False) -> int:
 
     from stiction.apps.labels import read_labels
     from stiction.apps.output import track
-    from stiction.apps.verdict_scores import (
+    from stiction.fleet.verdict_scores import (
         calibration_error,
         confusion_counts,
         reliability,

@@ -70,13 +70,13 @@ def _check_installation() -> None:
     """Say what is missing: the extra, or in a clone the plot library."""
     from importlib.util import find_spec
 
-    from stiction.apps.web.static_files import static_folder
+    from stiction.apps.web import STATIC
 
     if not all(find_spec(name) for name in ("starlette", "uvicorn", "websockets")):
         raise MissingExtraError(
             'the packages of the web page are not installed; install them with: pip install "stiction[web]"'
         )
-    if not static_folder().joinpath("vendor", "uPlot.esm.js").is_file():
+    if not STATIC.joinpath("vendor", "uPlot.esm.js").is_file():
         raise RecordError("the plot library of the page is missing in this source folder; run make web-assets once.")
 
 

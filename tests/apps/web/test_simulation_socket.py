@@ -140,7 +140,7 @@ def test_a_value_that_was_taken_is_not_given_again() -> None:
 
 
 def test_the_server_process_imports_no_numbers_for_these_screens() -> None:
-    modules = "stiction.apps.web.whatif_routes, stiction.apps.web.textbook_routes"
+    modules = "stiction.apps.web.simulation_routes"
     code = f"import sys, {modules}; print(sorted({{'numpy', 'numba', 'scipy', 'polars'}} & set(sys.modules)))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"

@@ -14,18 +14,17 @@ from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
 
 from stiction.apps.web import (
+    STATIC,
     audit_routes,
     loop_routes,
     loop_sets,
     note_routes,
     readings,
-    textbook_routes,
+    simulation_routes,
     uploads,
-    whatif_routes,
 )
 from stiction.apps.web.bodies import read_json
 from stiction.apps.web.guard import Guard
-from stiction.apps.web.static_files import static_folder
 from stiction.apps.web.workers import Workers
 from stiction.errors import StictionError
 from stiction.worker_process import TimeLimitError, WorkerLostError
@@ -48,7 +47,7 @@ FIRST_SCREEN_S = 0.4
 
 def make_app(access: Access, workspace: Workspace) -> Guard:
     """Build the application inside its guard; `app.state` holds what the routes share: workers and workspace."""
-    pages = (uploads, readings, loop_sets, loop_routes, note_routes, audit_routes, whatif_routes, textbook_routes)
+    pages = (uploads, readings, loop_sets, loop_routes, note_routes, audit_routes, simulation_routes)
 
     @asynccontextmanager
     async def lifespan(app: Starlette) -> AsyncIterator[None]:
@@ -73,7 +72,7 @@ def make_app(access: Access, workspace: Workspace) -> Guard:
             Route("/api/start", _start),
             Route("/api/session", _session, methods=["GET", "POST"]),
             *(route for page in pages for route in page.ROUTES),
-            Mount("/static", StaticFiles(directory=static_folder())),
+            Mount("/static", StaticFiles(directory=STATIC)),
         ],
         exception_handlers={
             StictionError: _refuse,
@@ -96,11 +95,11 @@ async def _first_page(signed_in: asyncio.Event) -> None:
 
 
 async def _shell(_: Request) -> Response:
-    return FileResponse(static_folder() / "index.html")
+    return FileResponse(STATIC / "index.html")
 
 
 async def _favicon(_: Request) -> Response:
-    return FileResponse(static_folder() / "favicon.svg", media_type="image/svg+xml")
+    return FileResponse(STATIC / "favicon.svg", media_type="image/svg+xml")
 
 
 async def _start(request: Request) -> Response:

@@ -10,16 +10,21 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, cached_property
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
 
 from stiction.diagnosis.verdict.features import FEATURES
 from stiction.display.json_form import FOUR_DECIMALS, Result
 from stiction.errors import require_probability
+from stiction.models.numba_compile import kernel
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
+
+    from numpy.typing import NDArray
 
 __all__ = ["Contribution", "TreeModel", "TreeNode", "logistic", "read_model", "read_stored", "stiction_model"]
 
@@ -59,6 +64,25 @@ class Contribution(Result):
         return {feature.name: feature.label for feature in FEATURES}.get(self.feature, self.feature.replace("_", " "))
 
 
+@kernel
+def add_parts(roots, values, children, known, parts):
+    """Add to `parts` (n_features,) the changes of the value along the paths of `known` features through all trees.
+
+    The nodes are those of `TreeModel`; a NaN in `known` (n_features,) is missing.
+    """
+    for root in roots:
+        node = root
+        while children[node, 0] >= 0:
+            feature = children[node, 0]
+            x = known[feature]
+            if x == x:
+                below = children[node, 2] if x <= values[node, 1] else children[node, 3]
+            else:
+                below = children[node, 1]
+            parts[feature] += values[below, 0] - values[node, 0]
+            node = below
+
+
 @dataclass(frozen=True)
 class TreeModel:
     """A sum of decision trees."""
@@ -92,15 +116,27 @@ class TreeModel:
 
     def _parts(self, features: Mapping[str, float]) -> Iterable[tuple[str, float]]:
         """What each feature adds to the log odds [-], in the order of the features."""
-        known, parts = {k: features.get(k, math.nan) for k in self.features}, dict.fromkeys(self.features, 0.0)
-        for tree in self.trees:
-            node = tree[0]
-            while node.feature:
-                value, name, threshold, missing_left, left, right = node
-                x = known[name]
-                node = tree[left if (missing_left if math.isnan(x) else x <= threshold) else right]
-                parts[name] += node.value - value
-        return parts.items()
+        known = np.array([features.get(name, math.nan) for name in self.features], dtype=np.float64)
+        parts = np.zeros(len(self.features))
+        add_parts(*self._nodes, known, parts)
+        return zip(self.features, parts.tolist(), strict=True)
+
+    @cached_property
+    def _nodes(self) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.int64]]:
+        """First node of each tree; value and threshold of each node; its feature, child of missing, left and right.
+
+        The feature of a leaf is -1.
+        """
+        places = {name: k for k, name in enumerate(self.features)}
+        starts = np.cumsum([0, *map(len, self.trees)])
+        nodes = [(node, start) for start, tree in zip(starts.tolist(), self.trees, strict=False) for node in tree]
+        children = [
+            (places.get(node.feature, -1), start + (node.left if node.missing_left else node.right),
+             start + node.left, start + node.right)
+            for node, start in nodes
+        ]  # fmt: skip
+        values = np.array([(node.value, node.threshold) for node, _ in nodes], dtype=np.float64)
+        return starts[:-1], values, np.array(children, dtype=np.int64)
 
     def probability(self, features: Mapping[str, float], prior: float = 0.25) -> float:
         """Probability that the valve sticks.

@@ -1,4 +1,4 @@
-"""Routes of the what-if screen."""
+"""Routes of the two screens that simulate: textbook and what-if."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from starlette.routing import Route, WebSocketRoute
 from stiction.apps.web.loop_routes import find_set
 from stiction.apps.web.simulation_answers import answer_start
 from stiction.apps.web.simulation_socket import answer_questions
+from stiction.apps.web.textbook_settings import TEXTBOOK_MODELS, TextbookSettings
 from stiction.apps.web.whatif_settings import COMPENSATORS, VALVE_MODELS, WhatIfSettings
 
 if TYPE_CHECKING:
@@ -24,14 +25,19 @@ MAX_CACHED_STARTS = 50
 """Loops whose start stays in memory for the next visit [-]."""
 
 
-async def _options(_: Request) -> Response:
-    """What the screen can move, and the example that it shows without a record."""
+async def _textbook_options(_: Request) -> Response:
+    """What the textbook screen can move."""
+    return JSONResponse({**TextbookSettings.options(), "models": TEXTBOOK_MODELS})
+
+
+async def _whatif_options(_: Request) -> Response:
+    """What the what-if screen can move, and the example that it shows without a record."""
     choices = {"models": VALVE_MODELS, "compensators": COMPENSATORS}
     return JSONResponse({**WhatIfSettings.options(), **choices})
 
 
 async def _start(request: Request) -> Response:
-    """Where the screen starts for a loop: its identified settings and part of its record."""
+    """Where the what-if screen starts for a loop: its identified settings and part of its record."""
     state = request.app.state
     loops, key = find_set(request), request.path_params["key"]
     cache: OrderedDict[str, bytes] = state.__dict__.setdefault("whatif_starts", OrderedDict())
@@ -46,8 +52,10 @@ async def _start(request: Request) -> Response:
 
 
 ROUTES: list[Any] = [
-    Route("/api/whatif/options", _options),
+    Route("/api/textbook/options", _textbook_options),
+    Route("/api/whatif/options", _whatif_options),
     Route("/api/whatif/start/{set}/{key:int}", _start),
+    WebSocketRoute("/api/textbook/socket", answer_questions),
     WebSocketRoute("/api/whatif/socket", answer_questions),
 ]
 """Routes for `make_app`."""
