@@ -6,9 +6,11 @@ import subprocess
 import sys
 from typing import TYPE_CHECKING
 
+import h5py
 import numpy as np
 import polars as pl
 import pytest
+from scipy.io import savemat
 
 import stiction as st
 from stiction.errors import ParameterError, RecordError
@@ -89,3 +91,31 @@ def test_peak_memory_stays_within_the_limit(tmp_path):
     write_long(tmp_path / "many.parquet", 100_000, loops=60)  # 96 MB of cells, 1.5 MB a loop
     assert peak_memory(tmp_path / "long.parquet", "0.6GB") < 0.6e9
     assert peak_memory(tmp_path / "many.parquet", "0.4GB") < 0.4e9
+
+
+@pytest.mark.parametrize("kind", ["packed.mat", "plain.mat", "v73.mat", "stream.arrow"])
+def test_file_that_is_read_whole_is_refused_where_it_does_not_fit(kind: str, tmp_path: Path) -> None:
+    path, k = tmp_path / kind, np.arange(100_000.0)
+    signals = {"time_s": k, "PV": np.sin(k), "OP": np.cos(k)}
+    if kind == "stream.arrow":
+        pl.DataFrame(signals).write_ipc_stream(path)
+    elif kind == "v73.mat":
+        with h5py.File(path, "w") as file:
+            file.update(signals)
+    else:
+        savemat(path, signals, do_compression=kind == "packed.mat")
+    assert len(st.read(path)[0]) == 100_000
+    with pytest.raises(
+        RecordError, match=r"GB of memory, as it is read whole; 0.301 GB are allowed; save it as Parquet"
+    ):
+        st.read(path, max_memory=301_000_000)
+
+
+def test_large_columnar_file_is_not_refused_by_its_size(tmp_path: Path) -> None:
+    k = np.arange(20_000.0)
+    names = [f"FIC-{i}.{word}" for i in range(20) for word in ("PV", "OP")]
+    frame = pl.DataFrame({"time_s": k, **{name: np.random.default_rng(1).normal(size=k.size) for name in names}})
+    for path, write in ((tmp_path / "a.parquet", frame.write_parquet), (tmp_path / "a.feather", frame.write_ipc)):
+        write(path)
+        assert path.stat().st_size > 2_000_000
+        assert len(open_loops(path, max_bytes=2_000_000).read_one(3)) == k.size

@@ -98,7 +98,7 @@ class Audit:
         """Rows as a data frame of polars, pandas or pyarrow, without what is not a number or text."""
         import polars as pl
 
-        nested = ("oscillation_causes", "severity_parts", "oscillations")
+        nested = ("oscillation_causes", "severity_parts", "oscillations", "history")
         flat = [{name: value for name, value in row.items() if name not in nested} for row in self.rows]
         flat = [one | {"data_warnings": ", ".join(one["data_warnings"])} for one in flat]
         names = [name for name in NAMES if name not in nested]

@@ -59,24 +59,14 @@ def write_atomically(text: str, path: str | os.PathLike[str]) -> Path:
     """
     target = Path(path)
     require_file_path(target)
-    draft = target.with_name(f".{target.name}.{secrets.token_hex(4)}.part")
-    try:
-        with draft.open("x", encoding="utf-8", newline="") as file:
-            file.write(text)
-        os.replace(draft, target)
-    except OSError as error:
-        raise unwritable_error(target, error) from None
-    finally:
-        with contextlib.suppress(OSError):
-            draft.unlink(missing_ok=True)
+    write_files({target: text.encode()})
     return target
 
 
 def write_files(contents: dict[Path, bytes]) -> None:
-    """Write new files, all of them or none; their folder is made if it does not exist.
+    """Write files, all of them or none; their folder is made if it does not exist.
 
-    `contents`: files, none of which exists, and what goes into them. Raises RecordError when a file cannot be written;
-    nothing is left behind.
+    Several files must be new. Raises RecordError when a file cannot be written; nothing is left behind.
     """
     drafts: dict[Path, Path] = {}
     placed: list[Path] = []

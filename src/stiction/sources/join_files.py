@@ -48,19 +48,9 @@ def complete_loops(
 ) -> tuple[list[LoopRoles], RecordError | None]:
     """Find the loops whose signals stand in several files, each of which lacks one that the other has.
 
-    Parameters
-    ----------
-    incomplete, others : sequence
-        Columns of each file without a loop, and of each with one.
-    loops : sequence of LoopRoles
-        Loops of single files; a set point, position or mode that one lacks is added to it.
-    options, rows
-        Options of the source, rows of its map.
-
-    Returns
-    -------
-    list of LoopRoles, RecordError or None
-        The new loops, and why the files without a loop have none together.
+    `incomplete` and `others` are the columns of each file without a loop, and of each with one; `loops` those of single
+    files, to which a set point, position or mode that they lack is added. Also gives why the files without a loop have
+    none together.
     """
     pool = [column for columns in incomplete for column in columns]
     if rows is None:

@@ -7,12 +7,12 @@ import re
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from stiction.errors import ParameterError, Setting
+from stiction.errors import ParameterError, RecordError, Setting
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-__all__ = ["memory_limit", "parse_memory", "rows_that_fit", "shared_memory"]
+__all__ = ["memory_limit", "parse_memory", "require_memory", "rows_that_fit", "shared_memory"]
 
 CELL_BYTES = 50
 """Memory of one cell of a loop while its record is made, of the time too [bytes]."""
@@ -58,6 +58,17 @@ def memory_limit(given: int | None) -> int:
 def rows_that_fit(limit: int, columns: int) -> int:
     """Rows of a loop with so many columns, the time among them, that fit into some memory."""
     return max(1000, (limit - BASE_BYTES) // (CELL_BYTES * max(1, columns)))
+
+
+def require_memory(size: int, given: int | None, where: str) -> None:
+    """Refuse a file of which `size` bytes must be in the memory at once, where they do not fit."""
+    limit = memory_limit(given)
+    if BASE_BYTES + size > limit:
+        raise RecordError(
+            f"takes {size / 1e9:.3g} GB of memory, as it is read whole; {limit / 1e9:.3g} GB are allowed",
+            remedy=("save it as Parquet, which is read loop by loop, or allow more with ", Setting("max_memory")),
+            where=where,
+        )
 
 
 @contextmanager

@@ -144,14 +144,8 @@ def read(
     >>> record.tag, record.loop_type, record.dt, len(record)
     ('FIC-101', 'flow', 1.0, 60)
     """
-    loops = open_loops(
-        source, dt=dt, tag=tag, columns=columns, loop_type=loop_type, map=map, sheet=sheet, delimiter=delimiter,
-        decimal=decimal, time_format=time_format, day_first=day_first, timezone=timezone, op_range=op_range,
-        mv_range=mv_range, align=align, max_gap=max_gap, max_bytes=max_bytes, max_memory=max_memory,
-        good_codes=good_codes, keep_uncertain=keep_uncertain, query=query, table=table, time=time,
-        value=value, quality=quality, tag_column=tag_column, tags=tags, since=since, until=until,
-    )  # fmt: skip
-    return Records(loops.read())
+    options = dict(locals())
+    return Records(open_loops(**options).read())
 
 
 def open_loops(source: Any, **options: Any) -> Loops:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import polars as pl
 
 from stiction.errors import RecordError
+from stiction.sources.memory import require_memory
 from stiction.sources.typed_table import damage_refused, typed_table
 
 if TYPE_CHECKING:
@@ -46,6 +47,7 @@ def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
             metadata = {key: value for key, value in stored.items() if key != "ARROW:schema"}
             frame = pl.scan_parquet(source.path, glob=False, hive_partitioning=False)
         elif head.startswith(STREAM_START):
+            require_memory(source.size, options.max_memory, name)
             frame = pl.read_ipc_stream(source.path)
         else:
             frame = pl.scan_ipc(source.path, glob=False)

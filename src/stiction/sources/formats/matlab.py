@@ -12,6 +12,7 @@ import polars as pl
 from stiction.errors import MissingExtraError, RecordError
 from stiction.foreign_errors import damaged
 from stiction.sources.compression import ByteLimit
+from stiction.sources.memory import require_memory
 from stiction.sources.table import Origin
 from stiction.sources.typed_table import make_series, typed_table
 
@@ -92,6 +93,8 @@ HDF5_START = b"\x89HDF\r\n\x1a\n"
 ITEM_BYTES = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8, 16: 1, 17: 2, 18: 4}
 """Bytes of an item of each type of number or text in a v5 file (MAT-File Format, table 1-1)."""
 ELEMENT_KINDS = {*ITEM_BYTES, 14, 15}
+COPIES = 3
+"""Times that the data of a file are in the memory while it is read [-]."""
 MATLAB_DAY_OF_1970 = 719_529.0
 """MATLAB day number of 1 January 1970 [d]."""
 MATLAB_DAYS = (693_962.0, 803_000.0)
@@ -112,7 +115,7 @@ def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
     is only one. Time is computed from a single number `Ts` where there is no vector of times.
     """
     is_hdf5 = source.head.startswith(HDF5_START) or source.head[512:520] == HDF5_START
-    variables = _load_hdf5(source) if is_hdf5 else _load(source)
+    variables = _load_hdf5(source, options) if is_hdf5 else _load(source, options)
     loops = list(find_loops("", variables))
     if len({path.split(".")[0] for path, _ in loops}) == 1 and all("." in path for path, _ in loops):
         loops = [(path.split(".", 1)[1], columns) for path, columns in loops]
@@ -126,11 +129,11 @@ def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
     return [_make_table(source.origin, path, columns) for path, columns in named or loops]
 
 
-def _load(source: ByteSource) -> dict[str, Any]:
+def _load(source: ByteSource, options: ReadOptions) -> dict[str, Any]:
     """Read the variables of a file of version 5."""
     from scipy.io import loadmat
 
-    _require_sound(source)
+    _require_sound(source, options)
     try:
         stored = loadmat(source.path, simplify_cells=True)
     except Exception as error:  # scipy raises many kinds on damaged files, even UnboundLocalError
@@ -138,7 +141,7 @@ def _load(source: ByteSource) -> dict[str, Any]:
     return {key: value for key, value in stored.items() if not key.startswith("__")}
 
 
-def _load_hdf5(source: ByteSource) -> dict[str, Any]:
+def _load_hdf5(source: ByteSource, options: ReadOptions) -> dict[str, Any]:
     """Read the variables of a file of version 7.3."""
     try:
         import h5py
@@ -152,6 +155,9 @@ def _load_hdf5(source: ByteSource) -> dict[str, Any]:
 
     try:
         with h5py.File(source.path, "r") as file:
+            sizes: list[int] = []
+            file.visititems(lambda _, item: sizes.append(8 * (getattr(item, "size", 0) or 0)))
+            require_memory(COPIES * sum(sizes), options.max_memory, source.origin.name)
             return read_group(file, source.origin.name, source.max_bytes)
     except RecordError:
         raise
@@ -159,7 +165,7 @@ def _load_hdf5(source: ByteSource) -> dict[str, Any]:
         raise damaged(source.origin.name, error, REMEDY) from None
 
 
-def _require_sound(source: ByteSource) -> None:
+def _require_sound(source: ByteSource, options: ReadOptions) -> None:
     """Walk over the variables of a v5 file: refuse damaged ones, on which scipy may crash, and too large ones."""
     import zlib
 
@@ -171,12 +177,15 @@ def _require_sound(source: ByteSource) -> None:
             kind, size = int.from_bytes(tag[:4], order), int.from_bytes(tag[4:], order)
             if kind not in (14, 15) or size > source.size - file.tell():
                 raise damaged(source.origin.name, ValueError(f"no variable at byte {file.tell() - 8}"), REMEDY)
+            require_memory(COPIES * (limit.size + size), options.max_memory, source.origin.name)
+            limit.add(size if kind == 14 else 0)
             data, inflater = file.read(size), zlib.decompressobj()
             if kind == 15:
                 try:
                     pieces = [inflater.decompress(data, 1 << 20)]
                     while inflater.unconsumed_tail:
                         limit.add(len(pieces[-1]))
+                        require_memory(COPIES * limit.size, options.max_memory, source.origin.name)
                         pieces.append(inflater.decompress(inflater.unconsumed_tail, 1 << 20))
                 except zlib.error as error:
                     raise damaged(source.origin.name, error, REMEDY) from None

@@ -61,12 +61,7 @@ class StoredRecords:
 def open_records(path: str | os.PathLike[str], keep: object = None) -> StoredRecords | None:
     """Open a file of records; None when it is no such file, or its rows were changed since it was written.
 
-    Parameters
-    ----------
-    path : str or path
-        A Parquet file.
-    keep : object
-        What must live as long as the file is read.
+    `keep` must live as long as the file is read.
     """
     try:
         stored = json.loads(pl.read_parquet_metadata(Path(path)).get(METADATA_KEY, "null"))

@@ -50,16 +50,9 @@ class Dialect:
 
 
 def find_table(rows: list[list[str]], decimal: str | None, *, delimiter: str = "") -> Dialect | None:
-    """Find the table in rows of cells; None when there is no row of numbers.
+    """Find the table in the first rows of a source; None when there is no row of numbers.
 
-    Parameters
-    ----------
-    rows : list of list of str
-        The first rows of a source.
-    decimal : str, optional
-        Decimal mark, when it is known.
-    delimiter : str
-        What the cells were split by; empty for a spreadsheet.
+    `decimal` is the decimal mark when it is known, `delimiter` what the cells were split by, empty for a spreadsheet.
     """
     best: Dialect | None = None
     for mark in (decimal,) if decimal else (".", ","):
