@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -57,16 +58,22 @@ def find_changes(windows: Sequence[Window]) -> tuple[Change, ...]:
     found = find_boundaries(list(series.values()), levels, hazard=model["hazard"], least=model["least"])
     numbers = {id(one): k for k, one in enumerate(windows)}
     ends = [0, *(one.first for one in found), len(known)]
-    changes = []
-    for k, one in enumerate(found, 1):
-        before, after = (pool_windows(table.part(*pair)) for pair in ((ends[k - 1], ends[k]), (ends[k], ends[k + 1])))
-        window = known[one.first]
-        sizes = (None, after.S.value) if one.kind == 1 else (before.S.value, after.S_detectable)
-        kind = "onset" if one.kind == 1 else "repair"
-        changes.append(Change(window.start, window.start_s, kind, *sizes, one.probability, numbers[id(window)]))
-    sticks = found[-1].kind == 1 if found else pool_windows(table).evidence > 0.0
-    growth = _find_growth(known[ends[-2] :], table.part(ends[-2]), numbers) if sticks else None
-    return (*changes, *([growth] if growth else ()))
+    tables = [table.part(*pair) for pair in pairwise(ends)]
+    pooled = [pool_windows(part) for part in tables]
+    sticks = [found[0].kind == 0 if found else pooled[0].evidence > 0.0, *(one.kind == 1 for one in found)]
+    changes: list[Change] = []
+    for k, (first, last) in enumerate(pairwise(ends)):
+        growth = _find_growth(known[first:last], tables[k], numbers) if sticks[k] else None
+        before = None if not sticks[k] else growth.S_before if growth else pooled[k].S.value
+        if k:
+            window, earlier = known[first], changes[-1] if changes else None
+            was = earlier.S_after if earlier and earlier.kind == "growth" else pooled[k - 1].S.value
+            sizes = (None, before) if sticks[k] else (was, pooled[k].S_detectable)
+            kind = "onset" if sticks[k] else "repair"
+            sure, number = found[k - 1].probability, numbers[id(window)]
+            changes.append(Change(window.start, window.start_s, kind, *sizes, sure, number))
+        changes += [growth] if growth else []
+    return tuple(changes)
 
 
 def _find_growth(known: Sequence[Window], table: WindowTable, numbers: dict[int, int]) -> Change | None:

@@ -1,0 +1,75 @@
+"""Onset, growth and repair in windows drawn from stated distributions, and in simulated records."""
+
+from __future__ import annotations
+
+from datetime import datetime, timedelta
+
+import numpy as np
+
+from stiction.diagnosis.evidence.changes import find_changes
+from stiction.diagnosis.evidence.pool_diagnoses import judge_windows
+from stiction.diagnosis.verdict.history import Window
+from stiction.diagnosis.verdict.model import log_odds, logistic
+
+START = datetime(2026, 3, 1)
+
+
+def window(day: int, evidence: float, cause: float, S: float) -> Window:
+    """A window of a day."""
+    return Window(
+        START + timedelta(days=day), 86400.0 * day, 86400.0 * (day + 1), "in_control",
+        logistic(log_odds(0.25) + evidence), S=S, S_low=0.8 * S, S_high=1.25 * S, J=0.4 * S, J_low=0.2 * S,
+        J_high=0.6 * S, S_detectable=None if evidence > 0.0 else 0.4, causes=(cause, *[0.1] * 6), evidence=evidence,
+        over_deadband=2.0 if evidence > 0.0 else 0.0,
+    )  # fmt: skip
+
+
+def course(shares: list[float], seed: int = 0) -> list[Window]:
+    """Windows of a valve whose S is given for each day; 0 is a valve in order."""
+    rng = np.random.default_rng(seed)
+    found = []
+    for day, S in enumerate(shares):
+        if S > 0.0:
+            found.append(window(day, rng.normal(2.5, 1.0), 0.85, S * np.exp(rng.normal(0.0, 0.1))))
+        else:
+            found.append(window(day, rng.normal(-2.0, 0.7), 0.08, np.exp(rng.normal(-0.7, 0.6))))
+    return found
+
+
+def test_repair_is_found_and_the_probability_is_that_of_today():
+    windows = course([4.0] * 6 + [0.0] * 3)
+    pooled, [change], first = judge_windows(windows)
+    assert (change.kind, change.first, change.time) == ("repair", 6, START + timedelta(days=6))
+    assert abs(change.S_before - 4.0) < 0.5
+    assert change.S_after == 0.4
+    assert first == 6
+    assert pooled.probability(0.25) < 0.1
+
+
+def test_onset_is_found():
+    windows = course([0.0] * 5 + [3.0] * 3)
+    pooled, [change], _ = judge_windows(windows)
+    assert (change.kind, change.first, change.S_before) == ("onset", 5, None)
+    assert abs(change.S_after - 3.0) < 0.4
+    assert pooled.probability(0.25) > 0.7
+
+
+def test_growth_is_told_with_its_ends_before_a_repair():
+    sizes = np.geomspace(1.5, 5.0, 9).tolist()
+    growth, repair = find_changes(course(sizes + [0.0] * 3))
+    assert (growth.kind, growth.first) == ("growth", 0)
+    assert abs(growth.S_before - 1.5) < 0.3
+    assert abs(growth.S_after - 5.0) < 0.7
+    assert (repair.kind, repair.first, repair.S_before) == ("repair", 9, growth.S_after)
+
+
+def test_steady_valves_have_no_change():
+    found = [find_changes(course([size] * 20, seed)) for seed in range(10) for size in (0.0, 3.0)]
+    assert sum(map(len, found)) <= 1
+
+
+def test_a_window_out_of_control_is_passed_over():
+    windows = course([4.0] * 5 + [0.0] * 4)
+    windows.insert(2, Window(START, 0.0, 1.0, "manual", 0.25))
+    [change] = find_changes(windows)
+    assert (change.kind, change.first) == ("repair", 6)
