@@ -17,9 +17,9 @@ PACKAGE = Path(__file__).resolve().parents[1] / "src" / "stiction"
 LIMITS = {
     ".": {"lines": 71000},
     "apps": {"lines": 9900},
-    "diagnosis": {"code": 6200, "lines": 11400, "numbers": 320},
+    "diagnosis": {"code": 6450, "lines": 11400, "numbers": 320},
     "diagnosis/identification": {"code": 2600, "files": 24},
-    "diagnosis/verdict": {"code": 1050},
+    "diagnosis/verdict": {"code": 1090},
     "export": {"code": 1200},
 }
 """Largest allowed size of each room: a tenth above what it was when the limit was set."""
