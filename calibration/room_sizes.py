@@ -15,21 +15,33 @@ from typing import NamedTuple
 
 PACKAGE = Path(__file__).resolve().parents[1] / "src" / "stiction"
 LIMITS = {
-    ".": {"lines": 71000},
+    ".": {"lines": 75000},
     "apps": {"lines": 9900},
-    "diagnosis": {"code": 6450, "lines": 11400, "numbers": 320},
-    "diagnosis/identification": {"code": 2600, "files": 24},
-    "diagnosis/verdict": {"code": 1090},
+    "compensation": {"lines": 3800},
+    "diagnosis": {"code": 5800, "lines": 10200, "numbers": 280},
+    "diagnosis/evidence": {"code": 780},
+    "diagnosis/identification": {"code": 2500, "files": 26},
+    "diagnosis/verdict": {"code": 1150},
     "export": {"code": 1200},
+    "fleet": {"lines": 6600},
+    "limitcycle": {"lines": 4000},
+    "models": {"lines": 4700},
+    "records": {"lines": 4600},
+    "report": {"lines": 5300},
+    "simulation": {"lines": 2400},
+    "sources": {"lines": 12500},
+    "valvetests": {"lines": 3200},
+    "watch": {"lines": 2500},
 }
-"""Largest allowed size of each room: a tenth above what it was when the limit was set."""
+"""Largest allowed size of each room: at most a tenth above what it was when the limit was set."""
+APART = ("diagnosis/evidence",)
+"""Rooms that are not counted in the room that holds them."""
 ADVICE = """A limit is reached. In this order:
 1. Delete what is done twice: repeated lines, and a second path to the same result.
 2. Move what only training, validation or tests need to calibration/ or tests/.
 3. Use a library for what is not the purpose of the package.
 4. If the room now does more than before, raise its limit in calibration/room_sizes.py to a tenth above its size, in a
    commit whose message says what was added."""
-ALSO_PRINTED = ("limitcycle", "models", "records", "report", "simulation", "sources", "valvetests")
 NOT_CODE = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER}
 
 
@@ -69,8 +81,10 @@ def count_numbers(text: str) -> int:
 
 
 def measure(room: str) -> Size:
-    """Size of a room with all rooms in it."""
-    texts = [path.read_text(encoding="utf-8") for path in (PACKAGE / room).rglob("*.py")]
+    """Size of a room with all rooms in it, but for `APART`."""
+    left_out = [PACKAGE / one for one in APART if room not in (".", one)]
+    paths = [path for path in (PACKAGE / room).rglob("*.py") if not any(path.is_relative_to(one) for one in left_out)]
+    texts = [path.read_text(encoding="utf-8") for path in paths]
     code, numbers = sum(map(count_code, texts)), sum(map(count_numbers, texts))
     return Size(len(texts), code, sum(text.count("\n") for text in texts), numbers)
 
@@ -79,10 +93,10 @@ def main() -> int:
     """Print the sizes; 1 where a limit is exceeded."""
     exceeded: list[str] = []
     print(f"{'room':28}{'files':>7}{'code':>7}{'lines':>7}{'numbers':>9}")
-    for room in (*LIMITS, *ALSO_PRINTED):
+    for room in LIMITS:
         size = measure(room)
         print(f"{room if room != '.' else 'src/stiction':28}{size.files:7}{size.code:7}{size.lines:7}{size.numbers:9}")
-        for name, limit in LIMITS.get(room, {}).items():
+        for name, limit in LIMITS[room].items():
             measured = getattr(size, name)
             if measured > limit:
                 exceeded.append(f"{'src/stiction' if room == '.' else room}: {measured} {name}, at most {limit}")

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import ast
 import contextlib
+import inspect
 import io
+import itertools
+import json
 import os
 import re
 import tomllib
@@ -46,6 +50,7 @@ def write_pages(app: Sphinx) -> None:
         "words.md": words_page(),
         "sources.md": sources_page(),
         "messages.md": messages_page(),
+        "watch-configuration.md": watch_page(),
     }
     for name, text in pages.items():
         target = folder / name
@@ -110,6 +115,30 @@ def _listed(words: object) -> str:
     """Words as code, or a value as text."""
     each = words if isinstance(words, list) else [words]
     return ", ".join("`{}`".format(str(word).replace("|", "\\|")) for word in each if str(word))
+
+
+def watch_page() -> str:
+    """The keys of the configuration of a watch, from its dataclasses and the docstrings of their fields."""
+    from stiction.watch import configuration as module
+
+    parts = ["# Configuration of a watch\n\nA TOML file, as `stiction watch --init SOURCE` writes it.\n"]
+    sections = {
+        "WatchConfig": "top of the file", "SourceSettings": "`[[source]]`", "AlarmSettings": "`[alarms]`",
+        "ChannelSettings": "`[[channel]]`", "MetricsSettings": "`[metrics]`",
+    }  # fmt: skip
+    classes = {one.name: one for one in ast.parse(inspect.getsource(module)).body if isinstance(one, ast.ClassDef)}
+    for name, title in sections.items():
+        parts.append(f"\n## {title[0].upper()}{title[1:]}\n\n| key | when not given | |\n|---|---|---|\n")
+        for one, told in itertools.pairwise(classes[name].body):
+            if isinstance(one, ast.AnnAssign) and isinstance(told, ast.Expr):
+                key = ast.unparse(one.target)
+                if key in ("source", "alarms", "channel", "metrics"):
+                    continue
+                default = getattr(getattr(module, name), key, None) if one.value else None
+                shown = "must be given" if one.value is None else f"`{json.dumps(default)}`"
+                shown = "" if one.value is not None and default in (None, "", ()) else shown
+                parts.append(f"| `{key}` | {shown} | {' '.join(ast.literal_eval(told.value).split())} |\n")
+    return "".join(parts)
 
 
 @cache

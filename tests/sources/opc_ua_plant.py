@@ -31,8 +31,9 @@ class KeptHistory(HistoryDict):
 
     async def read_node_history(self, node_id, start, end, nb_values):
         stored = self.kept.get(node_id.to_string(), [])
-        if end <= ua.get_win_epoch():  # backwards from the start
-            return [one for one in reversed(stored) if one.SourceTimestamp <= start][: nb_values or None], None
+        if end < start:
+            backwards = [one for one in reversed(stored) if end <= one.SourceTimestamp <= start]
+            return backwards[: nb_values or None], None
         found = [one for one in stored if start <= one.SourceTimestamp <= end]
         page = self.plant.page
         if self.plant.has_points and len(found) > page:

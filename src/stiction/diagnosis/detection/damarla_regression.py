@@ -32,17 +32,9 @@ CHANCE = 2.0 / np.pi * float(np.arctan(1.0 / ETA))
 def damarla_regression(record: LoopRecord, oscillation: Oscillation) -> Evidence:
     """Count the windows in which OP slopes and PV does not (`damarla2022`).
 
-    Parameters
-    ----------
-    record : LoopRecord
-        OP and control error are used; valid for a self-regulating process, oscillating or not.
-    oscillation : Oscillation
-        What `find_oscillation` says of the record; sets how far samples are averaged.
-
-    Returns
-    -------
-    Evidence
-        `index` is the share of stuck windows [-].
+    `record`: OP and control error are used; valid for a self-regulating process, oscillating or not. `oscillation`:
+    what `find_oscillation` says of the record; sets how far samples are averaged. `index` is the share of stuck windows
+    [-].
     """
     op, error = swing(record, oscillation, "op"), swing(record, oscillation, "error")
     stuck, windows = float("nan"), 0

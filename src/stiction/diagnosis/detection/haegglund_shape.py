@@ -29,17 +29,8 @@ __all__ = ["haegglund_shape", "square_indices"]
 def haegglund_shape(record: LoopRecord, oscillation: Oscillation) -> Evidence:
     """Compare a square with a sine, half period by half period (`haegglund2011`).
 
-    Parameters
-    ----------
-    record : LoopRecord
-        The control error is used; valid for a self-regulating process, best a fast one.
-    oscillation : Oscillation
-        What `find_oscillation` says of the record.
-
-    Returns
-    -------
-    Evidence
-        `index` is I [-]: -1 a sine, +1 a square.
+    `record`: the control error is used; valid for a self-regulating process, best a fast one. `oscillation`: what
+    `find_oscillation` says of the record. `index` is I [-]: -1 a sine, +1 a square.
     """
     values = square_indices(*half_periods(record, oscillation, "error"))
     index = float(np.median(values)) if values.size else float("nan")

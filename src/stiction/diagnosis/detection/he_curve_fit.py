@@ -30,17 +30,9 @@ __all__ = ["he_curve_fit", "stiction_indices"]
 def he_curve_fit(record: LoopRecord, oscillation: Oscillation) -> Evidence:
     """Compare a triangle with a sine, half period by half period (`he2007`).
 
-    Parameters
-    ----------
-    record : LoopRecord
-        OP is used for a self-regulating process, PV for an integrating one; for an unknown one OP, marked not valid.
-    oscillation : Oscillation
-        What `find_oscillation` says of the record.
-
-    Returns
-    -------
-    Evidence
-        `index` is SI [-]: 0 a sine, 1 a triangle, near 0.5 neither.
+    `record`: OP is used for a self-regulating process, PV for an integrating one; for an unknown one OP, marked not
+    valid. `oscillation`: what `find_oscillation` says of the record. `index` is SI [-]: 0 a sine, 1 a triangle, near
+    0.5 neither.
     """
     name = "error" if record.integrating else "op"
     against = objections(record, oscillation)

@@ -33,17 +33,9 @@ __all__ = ["correlation_offsets", "cross_correlation", "horch_correlation"]
 def horch_correlation(record: LoopRecord, oscillation: Oscillation) -> Evidence:
     """Place the cross-correlation of OP and PV between even and odd (`horch1999`).
 
-    Parameters
-    ----------
-    record : LoopRecord
-        OP and control error are used; valid for PI control of a self-regulating process.
-    oscillation : Oscillation
-        What `find_oscillation` says of the record.
-
-    Returns
-    -------
-    Evidence
-        `index` is the smaller phase offset from even over a quarter period [-]: 0 even, 1 odd, votes from 2/3.
+    `record`: OP and control error are used; valid for PI control of a self-regulating process. `oscillation`: what
+    `find_oscillation` says of the record. `index` is the smaller phase offset from even over a quarter period [-]: 0
+    even, 1 odd, votes from 2/3.
     """
     op, error = swing(record, oscillation, "op"), swing(record, oscillation, "error")
     low = high = d_rho = d_tau = float("nan")

@@ -31,17 +31,8 @@ EDGES = np.linspace(-3.0, 3.0, 32)
 def horch_histogram(record: LoopRecord, oscillation: Oscillation) -> Evidence:
     """Weigh one hump against two in the density of the PV's derivative (`horch2006`).
 
-    Parameters
-    ----------
-    record : LoopRecord
-        The control error is used; valid for an integrating process.
-    oscillation : Oscillation
-        What `find_oscillation` says of the record.
-
-    Returns
-    -------
-    Evidence
-        `index` is misfit of two humps over both misfits [-]: above 0.5 one hump fits better.
+    `record`: the control error is used; valid for an integrating process. `oscillation`: what `find_oscillation` says
+    of the record. `index` is misfit of two humps over both misfits [-]: above 0.5 one hump fits better.
     """
     error = swing(record, oscillation, "error")
     index = float("nan")

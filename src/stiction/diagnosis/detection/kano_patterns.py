@@ -32,18 +32,9 @@ LINEAR = 0.41
 def kano_patterns(record: LoopRecord, oscillation: Oscillation) -> Evidence:
     """Measure the time in which the valve stands still and OP moves (`kano2004`, methods A and C).
 
-    Parameters
-    ----------
-    record : LoopRecord
-        OP and, in this order, the measured valve position, the slope of an integrating PV, or PV; valid for flow and
-        pressure (A) and level (C). If the position has gaps, its longest segment is used.
-    oscillation : Oscillation
-        What `find_oscillation` says of the record.
-
-    Returns
-    -------
-    Evidence
-        `index` is rho [-], the share of time.
+    `record`: OP and, in this order, the measured valve position, the slope of an integrating PV, or PV; valid for flow
+    and pressure (A) and level (C). If the position has gaps, its longest segment is used. `oscillation`: what
+    `find_oscillation` says of the record. `index` is rho [-], the share of time.
     """
     record, lack = with_position(record)
     op, name = swing(record, oscillation, "op"), "error" if record.mv is None else "mv"

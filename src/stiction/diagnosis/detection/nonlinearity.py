@@ -41,17 +41,8 @@ LEAST_HARMONICS = 1e-3  # share of the power that harmonics and noise must hold
 def nonlinearity(record: LoopRecord, oscillation: Oscillation) -> Evidence:
     """Test the control error against surrogates of the same spectrum (`thornhill2005`).
 
-    Parameters
-    ----------
-    record : LoopRecord
-        The control error is used; valid for any process, with 8 periods or more.
-    oscillation : Oscillation
-        What `find_oscillation` says of the record.
-
-    Returns
-    -------
-    Evidence
-        `index` is N [-]; above 1 the loop is nonlinear.
+    `record`: the control error is used; valid for any process, with 8 periods or more. `oscillation`: what
+    `find_oscillation` says of the record. `index` is N [-]; above 1 the loop is nonlinear.
     """
     error = swing(record, oscillation, "error")
     index, against = float("nan"), objections(record, oscillation, cycles=FEWEST_CYCLES)

@@ -29,17 +29,8 @@ __all__ = ["relay_indices", "rossi_scali"]
 def rossi_scali(record: LoopRecord, oscillation: Oscillation) -> Evidence:
     """Compare relay and triangle with a sine, half period by half period (`rossi2005`).
 
-    Parameters
-    ----------
-    record : LoopRecord
-        The control error is used; valid for a self-regulating process.
-    oscillation : Oscillation
-        What `find_oscillation` says of the record.
-
-    Returns
-    -------
-    Evidence
-        `index` is S_I [-]: -1 a sine, +1 a relay's response or a triangle.
+    `record`: the control error is used; valid for a self-regulating process. `oscillation`: what `find_oscillation`
+    says of the record. `index` is S_I [-]: -1 a sine, +1 a relay's response or a triangle.
     """
     values = relay_indices(*half_periods(record, oscillation, "error"))
     index = float(np.median(values)) if values.size else float("nan")

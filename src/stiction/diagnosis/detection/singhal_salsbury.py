@@ -33,17 +33,8 @@ MEDIAN_ERROR = 1.253  # standard error of a median over the standard deviation, 
 def singhal_salsbury(record: LoopRecord, oscillation: Oscillation) -> Evidence:
     """Compare the areas before and after the error's peaks (`singhal2005`).
 
-    Parameters
-    ----------
-    record : LoopRecord
-        The control error is used; valid for a self-regulating process.
-    oscillation : Oscillation
-        What `find_oscillation` says of the record.
-
-    Returns
-    -------
-    Evidence
-        `index` is R [-]: 1 for a sine, above 1 where the error builds up slowly and falls at once.
+    `record`: the control error is used; valid for a self-regulating process. `oscillation`: what `find_oscillation`
+    says of the record. `index` is R [-]: 1 for a sine, above 1 where the error builds up slowly and falls at once.
     """
     error, cuts = half_periods(record, oscillation, "error")
     # Rounded, lest the unit of the PV decide which of two equal samples is the peak.

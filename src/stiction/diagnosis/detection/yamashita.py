@@ -37,18 +37,9 @@ AFTER_DS = (-2, 1, 2, 4, 3)  # DI, SI, ID, II, IS
 def yamashita(record: LoopRecord, oscillation: Oscillation) -> Evidence:
     """Count the steps in which OP moves and the flow does not (`yamashita2006`).
 
-    Parameters
-    ----------
-    record : LoopRecord
-        OP and, in this order, the measured valve position or PV; valid for flow and pressure loops. If the
-        position has gaps, its longest segment is used.
-    oscillation : Oscillation
-        What `find_oscillation` says of the record; sets how far samples are averaged.
-
-    Returns
-    -------
-    Evidence
-        `index` is rho_3 [-].
+    `record`: OP and, in this order, the measured valve position or PV; valid for flow and pressure loops. If the
+    position has gaps, its longest segment is used. `oscillation`: what `find_oscillation` says of the record; sets how
+    far samples are averaged. `index` is rho_3 [-].
     """
     record, lack = with_position(record)
     op, moved = filled(record.op), filled(record.mv if record.mv is not None else record.pv)

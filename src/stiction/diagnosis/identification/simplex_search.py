@@ -23,21 +23,10 @@ def simplex_search(
 ) -> tuple[NDArray[np.float64], float]:
     """Search the minimum of a function from a simplex.
 
-    Parameters
-    ----------
-    error : callable
-        The function, of a point of shape (n_parameters,).
-    simplex : ndarray, shape (n_parameters + 1, n_parameters)
-        Points to start from.
-    evaluations : int
-        Largest number of evaluations of the function [-].
-    point_tolerance, error_tolerance : float
-        The search ends when all points and errors are as near to those of the best point.
-
-    Returns
-    -------
-    tuple of ndarray and float
-        The best point, shape (n_parameters,), and its error.
+    `error`: the function, of a point of shape (n_parameters,). `simplex`, of shape (n_parameters + 1, n_parameters):
+    points to start from. `evaluations`: largest number of evaluations of the function [-]. `point_tolerance`,
+    `error_tolerance`: the search ends when all points and errors are as near to those of the best point. Gives the best
+    point, shape (n_parameters,), and its error.
 
     References
     ----------

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from stiction.errors import import_extra
@@ -21,8 +21,9 @@ NODES_PER_CALL = 50
 VALUES_PER_NODE = 1000
 """Values of a node that are asked for with one call [-]."""
 GOOD, UNCERTAIN, BAD = 0, 0x40000000, 0x80000000
-OVERFLOW = 0x480
-"""Bits of a status code by which a server says that a queue lost older values."""
+LOOK_BACK = timedelta(days=366)
+"""Time before the start in which the value that stood there is looked for."""
+LOST_POINT = "BadContinuationPointInvalid"
 
 
 class RawValue(NamedTuple):
@@ -77,6 +78,10 @@ class _Reading:
     point: bytes | None = None
     known: int = 0
     """Values at `start` that were read before [-]."""
+    last: float = 0.0
+    """Time of the last value so far [s]."""
+    at_last: int = 0
+    """Values with that time [-]."""
 
 
 async def read_pages(
@@ -95,7 +100,7 @@ async def read_pages(
             start = waiting[0].start
             now = [one for one in waiting if one.start == start]
             waiting = [one for one in waiting if one.start != start]
-            asked = ua.HistoryReadParameters(TimestampsToReturn=ua.TimestampsToReturn.Both)
+            asked = _history_request(ua)
             asked.HistoryReadDetails = ua.ReadRawModifiedDetails(
                 IsReadModified=False, StartTime=start, EndTime=until, NumValuesPerNode=VALUES_PER_NODE,
                 ReturnBounds=False,
@@ -106,7 +111,10 @@ async def read_pages(
             ]
             for one, result in zip(now, await client.uaclient.history_read(asked), strict=True):
                 if result.StatusCode.value & BAD:
-                    yield one.node, result.StatusCode.name
+                    if one.point and one.last and result.StatusCode.name == LOST_POINT:
+                        waiting.append(_from_last(one))
+                    else:
+                        yield one.node, result.StatusCode.name
                     continue
                 data = getattr(result.HistoryData, "DataValues", None) or []
                 page = [value for item in data if (value := raw_value(item)) is not None]
@@ -115,16 +123,20 @@ async def read_pages(
                     waiting.append(following)
 
 
+def _history_request(ua: Any) -> Any:
+    return ua.HistoryReadParameters(TimestampsToReturn=ua.TimestampsToReturn.Both, ReleaseContinuationPoints=False)
+
+
 async def read_last_before(client: Client, nodes: Sequence[str], moment: datetime) -> dict[str, RawValue]:
     """Read the last value of nodes before a time; nodes that have none, or cannot be read, are left out."""
     ua = import_extra("asyncua.ua", "live")
 
     found: dict[str, RawValue] = {}
     for chunk in chunks(nodes, NODES_PER_CALL):
-        asked = ua.HistoryReadParameters(TimestampsToReturn=ua.TimestampsToReturn.Both)
-        # a start without an end, and a number of values: backwards from the start (OPC UA Part 11, 6.4.3)
+        asked = _history_request(ua)
+        # an end before the start: backwards (OPC UA Part 11, 6.4.3)
         asked.HistoryReadDetails = ua.ReadRawModifiedDetails(
-            IsReadModified=False, StartTime=moment, EndTime=ua.get_win_epoch(), NumValuesPerNode=1, ReturnBounds=False
+            IsReadModified=False, StartTime=moment, EndTime=moment - LOOK_BACK, NumValuesPerNode=1, ReturnBounds=False
         )
         asked.NodesToRead = [ua.HistoryReadValueId(NodeId=ua.NodeId.from_string(node)) for node in chunk]
         for node, result in zip(chunk, await client.uaclient.history_read(asked), strict=True):
@@ -137,9 +149,18 @@ async def read_last_before(client: Client, nodes: Sequence[str], moment: datetim
 
 def _next_page(one: _Reading, point: bytes | None, page: list[RawValue]) -> _Reading | None:
     """What to read after a page; None where it was the last one."""
+    last, at_last = one.last, one.at_last
+    if page:
+        last = page[-1].seconds
+        same = sum(value.seconds == last for value in page)
+        at_last = same + (one.at_last if last == one.last and one.point else 0)
+    following = _Reading(one.node, one.start, point, last=last, at_last=at_last)
     if point:
-        return _Reading(one.node, one.start, point)
-    if len(page) < VALUES_PER_NODE or len(page) <= one.known:
-        return None
-    last = page[-1].seconds
-    return _Reading(one.node, datetime.fromtimestamp(last, UTC), known=sum(value.seconds == last for value in page))
+        return following
+    is_cut = len(page) >= VALUES_PER_NODE and len(page) > one.known
+    return _from_last(following) if is_cut else None
+
+
+def _from_last(one: _Reading) -> _Reading:
+    """Go on at the time of the last value, where there is no continuation point, or the server has lost it."""
+    return _Reading(one.node, datetime.fromtimestamp(one.last, UTC), known=one.at_last)
