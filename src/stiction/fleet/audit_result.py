@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 import json
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -153,6 +153,8 @@ class Audit:
     def diagnose(self, record: LoopRecord) -> Diagnosis:
         """Diagnose the record of one loop, as `read` gives it, with the prior and the costs of the newest run.
 
+        Of a loop that follows another, the page says so: `Diagnosis.settings` has `follows` and `next_step`.
+
         Raises
         ------
         RecordError
@@ -161,7 +163,12 @@ class Audit:
         from stiction.diagnosis import diagnose
         from stiction.diagnosis.verdict.decision import Costs
 
-        return diagnose(record, prior=self.run["prior"], costs=Costs(*self.run["costs"]))
+        found = diagnose(record, prior=self.run["prior"], costs=Costs(*self.run["costs"]))
+        row = next((row for row in self.rows if row.tag == record.tag), None)
+        if row is None or row.follows is None:
+            return found
+        told = {"follows": row.finding_text, "next_step": row.next_step}
+        return replace(found, settings=found.settings | told)
 
     def history(self, tag: str) -> list[dict[str, Any]]:
         """Verdicts and sizes of one valve in all audited times of this folder, the earliest first.

@@ -206,7 +206,8 @@ def _text(name: str, value: float) -> str:
         return f"Its wave has corners: {format_number(100.0 * value, '%', 2)} of its power is in odd harmonics."
     if name == "cascade":
         return f"It is {({1.0: 'a secondary loop', -1.0: 'a primary loop', 0.0: 'no part'})[value]} of a cascade."
-    return f"The connections lead from it to {100.0 * value:.0f} % of the other loops."
+    share = "all" if value > 0.999 else f"{100.0 * value:.0f} %"
+    return f"The connections lead from it to {share} of the other loops."
 
 
 def _measure(one: BlockMeans, period: float, span: tuple[float, float] | None) -> dict[str, float]:

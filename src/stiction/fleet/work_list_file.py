@@ -31,6 +31,7 @@ def write_work_list_file(items: Sequence[WorkItem], path: Path) -> Path:
         When it cannot be written; the old file stays.
     """
     import xlsxwriter
+    from xlsxwriter.exceptions import FileCreateError
 
     part = path.with_name(f".{os.getpid()}.{path.name}")
     try:
@@ -57,7 +58,7 @@ def write_work_list_file(items: Sequence[WorkItem], path: Path) -> Path:
             sheet.repeat_rows(0)
             sheet.set_footer("&L&F&RPage &P of &N")
         os.replace(part, path)
-    except (OSError, xlsxwriter.exceptions.FileCreateError) as error:
+    except (OSError, FileCreateError) as error:
         raise RecordError(f"cannot be written ({error}); close it in other programs.", where=path) from None
     finally:
         part.unlink(missing_ok=True)

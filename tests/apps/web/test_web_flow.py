@@ -249,6 +249,29 @@ def test_an_audit_is_browsed_exported_and_noted(serve, open_page, audit_folder, 
     assert "New" in page.locator("tr:has-text('FIC-101')").inner_text()
 
 
+def test_audit_beside_the_open_one_is_opened_and_compared(serve, open_page, audit_folder):
+    server = serve(str(audit_folder / "now"))
+    page = open_page(server, "#/compare")
+    choice = page.get_by_label("Open another audit")
+    choice.wait_for()
+    name = f"{audit_folder.name}/before"
+    assert name in choice.locator("option").all_inner_texts()
+    choice.select_option(name)
+    page.wait_for_selector("tr:has-text('FIC-101') :text('New')")
+    assert serious_faults(page) == []
+    assert server.call("POST", "/api/sets", {"name": str(audit_folder / "before")}).status == 404
+    assert server.call("POST", "/api/sets", {"name": "../../etc"}).status == 404
+
+
+def test_trends_open_on_some_cycles(audit_server, open_page):
+    page = open_page(audit_server, f"#/loop/audit1/{first_key(audit_server)}")
+    page.wait_for_selector(".trends .caption:has-text('From ')")
+    picker = page.get_by_label("Time shown")
+    assert picker.locator("option:checked").inner_text() == "8 cycles"
+    picker.select_option("Whole record")
+    page.wait_for_selector(".trends .caption:has-text('The whole record')")
+
+
 def test_two_tabs_that_edit_one_note(serve, open_page, audit_folder):
     server = serve(str(audit_folder / "before"))
     one, other = (open_page(server, expected=("409",)) for _ in range(2))

@@ -122,7 +122,7 @@ def test_missing_extra_names_the_pip_line(monkeypatch, capsys):
 def test_without_the_plot_library_the_command_is_named(monkeypatch, capsys, tmp_path):
     monkeypatch.setattr("stiction.apps.web.STATIC", tmp_path)
     assert main(["serve", "--no-open"]) == 3
-    assert "make web-assets" in capsys.readouterr().err
+    assert "python .ci/web_assets.py" in capsys.readouterr().err
 
 
 def test_help_names_the_address():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from typing import TYPE_CHECKING, Any
 
 from starlette.exceptions import HTTPException
@@ -10,8 +11,11 @@ from starlette.routing import Route
 
 from stiction.apps.web.bodies import json_bytes, read_json
 from stiction.apps.web.export_table import FORMATS, export_table
+from stiction.apps.web.served_sources import check_audit
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from starlette.requests import Request
 
     from stiction.apps.web.loop_set import LoopSet
@@ -38,7 +42,25 @@ def find_set(request: Request) -> LoopSet:
 
 async def _list(request: Request) -> Response:
     sets = request.app.state.workspace.sets().values()
-    return JSONResponse({"sets": [_describe(one) for one in sets]})
+    closed = await asyncio.to_thread(request.app.state.workspace.closed_audits)
+    return JSONResponse({"sets": [_describe(one) for one in sets], "closed": [_closed_name(one) for one in closed]})
+
+
+def _closed_name(folder: Path) -> str:
+    """Name under which a closed audit is shown, and by which it is opened."""
+    return f"{folder.parent.name}/{folder.name}"
+
+
+async def _open(request: Request) -> Response:
+    """Open an audit of the list; a name that is not in it opens nothing."""
+    name = (await read_json(request)).get("name")
+    workspace = request.app.state.workspace
+    closed = await asyncio.to_thread(workspace.closed_audits)
+    chosen = next((folder for folder in closed if _closed_name(folder) == name), None)
+    if chosen is None:
+        raise HTTPException(404, "This audit is not in the list any more; load the page again.")
+    await request.app.state.workers.background.call(check_audit, str(chosen))
+    return JSONResponse(_describe(workspace.open_audit(chosen)))
 
 
 def _describe(loops: LoopSet) -> dict[str, Any]:
@@ -92,6 +114,7 @@ async def _export(request: Request) -> Response:
 
 ROUTES = [
     Route("/api/sets", _list),
+    Route("/api/sets", _open, methods=["POST"]),
     Route("/api/sets/{set}/rows", _rows),
     Route("/api/sets/{set}/sparks", _sparks),
     Route("/api/sets/{set}/run", _run, methods=["POST"]),

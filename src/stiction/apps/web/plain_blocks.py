@@ -47,7 +47,7 @@ def _to_plain(block: Block) -> dict[str, Any] | None:
         case Heading():
             return {"type": "heading", "text": block.text, "level": block.level}
         case Headline():
-            names = ("name", "verdict", "line", "confidence", "reason", "action", "facts")
+            names = ("name", "verdict", "mark", "line", "confidence", "reason", "action", "facts")
             return {"type": "headline", **{name: getattr(block, name) for name in names}}
         case Text():
             return {"type": "text", "text": block.text, "kind": block.kind}

@@ -17,7 +17,7 @@ from stiction.errors import RecordError
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-__all__ = ["ServedSources", "check_audit", "check_files", "find_sources"]
+__all__ = ["ServedSources", "check_audit", "check_files", "find_audits", "find_sources"]
 
 AUDIT_FILE = "audit.toml"
 """File by which a folder is known as an audit."""
@@ -57,6 +57,16 @@ def find_sources(sources: Sequence[str]) -> ServedSources:
         _check_audit(folder)
     files = [file for source in sources if Path(source) not in audits for file in _list_files(source)]
     return ServedSources(tuple(audits), tuple(files))
+
+
+def find_audits(folders: Sequence[Path]) -> list[Path]:
+    """Find the audits in some folders and in their subfolders, the newest first; links out of them are not followed."""
+    found = set()
+    for root in {folder.resolve() for folder in folders}:
+        for file in (*root.glob(AUDIT_FILE), *root.glob(f"*/{AUDIT_FILE}")):
+            if file.is_file() and file.resolve().is_relative_to(root):
+                found.add(file.parent)
+    return sorted(found, key=lambda folder: (-(folder / AUDIT_FILE).stat().st_mtime, str(folder)))
 
 
 def _check_audit(folder: Path) -> None:

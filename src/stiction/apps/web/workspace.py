@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from stiction.apps.web.audit_loops import AuditLoops
 from stiction.apps.web.readings import Readings
+from stiction.apps.web.served_sources import find_audits
 from stiction.apps.web.session_loops import SessionLoops
 from stiction.apps.web.uploads import Uploads
 from stiction.scratch import run_folder
@@ -37,6 +38,18 @@ class Workspace:
     """Path and shown name of each file that the command line named."""
     audits: dict[str, AuditLoops] = field(default_factory=dict)
     """Audits that the command line named, by id."""
+
+    def closed_audits(self) -> list[Path]:
+        """Audits that can be opened: those beside the open ones, and in the folder where the server was started."""
+        is_open = {one.folder for one in self.audits.values()}
+        roots = [Path.cwd(), *(folder.parent for folder in is_open)]
+        return [folder for folder in find_audits(roots) if folder not in is_open]
+
+    def open_audit(self, folder: Path) -> AuditLoops:
+        """Open one of `closed_audits`."""
+        opened = AuditLoops(folder, self.folder / "audits")
+        self.audits[opened.id] = opened
+        return opened
 
     def sets(self) -> dict[str, LoopSet]:
         """All sets of loops by their id."""

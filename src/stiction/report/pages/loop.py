@@ -51,14 +51,18 @@ def loop_headline(diagnosis: Diagnosis) -> Headline:
     identification, severity = diagnosis.identification, None
     if identification is not None and diagnosis.shows_size and np.isfinite(identification.S):
         severity = figures.severity(identification, diagnosis.record)
+    line, action, step = labels.headline(diagnosis), diagnosis.action, diagnosis.next_step
+    mark = labels.finding_icon(diagnosis)
+    if "follows" in diagnosis.settings:  # what the audit says of a loop that oscillates with another
+        line, action, step, mark = diagnosis.settings["follows"], diagnosis.settings["next_step"], "", "good"
     return Headline(
         diagnosis.record.tag,
         diagnosis.verdict,
-        labels.finding_icon(diagnosis),
-        labels.headline(diagnosis),
+        mark,
+        line,
         labels.confidence_text(diagnosis),
         diagnosis.reason,
-        action=diagnosis.action,
+        action=f"{action} Next step: {step}" if step and step not in action else action,
         facts=_facts(diagnosis),
         severity=severity,
     )
@@ -99,15 +103,13 @@ def _facts(diagnosis: Diagnosis) -> list[tuple[str, str]]:
     if oscillation.oscillating:
         facts += [
             ("Period", labels.format_duration(oscillation.period)),
-            ("PV amplitude", labels.format_number(oscillation.amplitude_pv, record.provenance.pv_unit)),
+            ("PV amplitude", labels.format_number(oscillation.amplitude_pv, record.provenance.pv_unit or "unit of PV")),
             ("OP amplitude", labels.format_number(oscillation.amplitude_op, record.op_unit)),
             ("Cycles", labels.format_number(oscillation.cycles)),
         ]
     else:
         facts.append(("Oscillation", "none found"))
     if diagnosis.loop_state.in_control:
-        if diagnosis.next_step:
-            facts.append(("Next step", diagnosis.next_step))
         if diagnosis.verdict == "no_stiction" and diagnosis.S_detectable is not None:
             facts.append(("Stiction that would have shown", f"above {diagnosis.S_detectable:.1f} {record.op_unit}"))
         facts.append((f"Main {labels.cause_title(diagnosis)}", labels.cause_label(diagnosis)))

@@ -16,7 +16,7 @@ export async function render(root, { parts, signal }) {
   const { element, current, sets } = await setChoice("compare", parts[0], signal, (one) => one.is_audit);
   const others = sets.filter((one) => one !== current);
   if (!others.length) {
-    root.append(h("p", {}, "A comparison needs two audits. Start the server with both: ", h("code", {}, "stiction serve AUDIT EARLIER_AUDIT"), "."));
+    root.append(element, h("p", {}, "A comparison needs two audits. Open another one above, or start the server with both: ", h("code", {}, "stiction serve AUDIT EARLIER_AUDIT"), "."));
     return null;
   }
   const other = others.find((one) => one.id === parts[1]) ?? others[0];

@@ -16,7 +16,7 @@ export async function render(root, { parts, signal }) {
   const { element, current } = await setChoice("groups", parts[0], signal, (one) => one.is_audit);
   root.append(element);
   if (!current) {
-    root.append(h("p", {}, "Groups are found by an audit of many loops. Start the server with one: ", h("code", {}, "stiction serve AUDIT"), "."));
+    root.append(h("p", {}, "Groups are found by an audit of many loops. Open one above, or start the server with one: ", h("code", {}, "stiction serve AUDIT"), "."));
     return null;
   }
   const wait = h("p", { class: "note", role: "status" }, "Loading …");

@@ -30,9 +30,10 @@ export async function render(root, { parts: [set, key], signal }) {
   for (const { title: name, blocks } of loop.sections) root.append(card(name, blocks.map((block) => draw(block)), extras[name]?.()));
   root.append(notesCard(path, signal));
   try {
-    const trends = await trendPlots(`${path}/trend`, loop.stretches, signal);
+    const trends = await trendPlots(`${path}/trend`, loop.stretches, signal, loop.diagnosis?.oscillation?.oscillating ? loop.diagnosis.oscillation.period_s : null);
     drawn.push(trends);
     plots.replaceChildren(trends.element);
+    await trends.open();
   } catch (error) {
     if (error.name === "AbortError") return null;
     plots.replaceChildren(problem(error.message));

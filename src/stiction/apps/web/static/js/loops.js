@@ -33,12 +33,12 @@ function columnsOf(setId, all, sparks) {
     { name: "tag", label: "Loop", value: (row) => row.tag, cell: (row) => h("a", { href: `#/loop/${setId}/${row.key}` }, row.tag), className: "tag", width: "15%" },
     has("area") && text("area", "Area", (row) => row.area, { width: "8%" }),
     { name: "finding", label: "Finding", value: findingRank, text: findingWord, cell: (row) => chip(row.level ?? "plain", findingWord(row)), className: "finding", width: "19%" },
-    text("next", "Next step", stepWord, { className: "long", width: "27%" }),
+    text("next", "Next step", stepWord, { className: "long", width: "26%" }),
     numeric("S", allPercent ? "S [%]" : "S", "Deadband plus stickband", { width: "6%" }),
     numeric("period_s", "Period", "Period of the oscillation", { width: "7%" }),
     has("priority") && { ...numeric("priority", "Priority", "Severity times the probability of a fault, with the severity of the loops that follow"), width: "7%", cell: (row) => h("span", { title: row.priority_reason ?? "" }, row.texts?.priority ?? "–") },
     { name: "spark", label: "PV trend", value: () => null, cell: (row) => trendCell(row, sparks), isPicture: true, width: "9%", className: "picture" },
-    { name: "label", label: "Note", value: (row) => row.label ?? "", cell: (row) => (row.label ? chip("plain", row.label) : ""), width: "8%", className: "label" },
+    { name: "label", label: "Note", value: (row) => row.label ?? "", cell: (row) => (row.label ? chip("plain", row.label) : ""), width: "9%", className: "label" },
     new Set(all.map((row) => row.source)).size > 1 && text("source", "File", (row) => row.source, { width: "9%", className: "file" }),
     text("verdict", "Verdict", (row) => verdictWord(row)[1], exported),
     numeric("probability", "Probability", "Probability of stiction", exported),
@@ -159,7 +159,8 @@ export async function render(root, { parts, signal }) {
       answer = await getJson(`/api/sets/${setId}/rows?since=${stored.version}`, signal);
       take(answer);
       progress.show(stored.progress);
-      if (answer.rows.length) filter(true);
+      if (answer.rows.length && !all.length) window.dispatchEvent(new HashChangeEvent("hashchange")); // its columns are known now
+      else if (answer.rows.length) filter(true);
       message.replaceChildren();
     } catch (error) {
       if (error.name === "AbortError") return;

@@ -75,8 +75,8 @@ function bars({ title, caption, x_label, names, x, text }) {
 /** The finding on a loop; `tools` are buttons beside its name. */
 function headline(block, tools = []) {
   const [kind, word] = VERDICTS[block.verdict];
-  return h("header", { class: `card verdict verdict-${kind}` },
-    h("div", { class: "row" }, h("h1", {}, block.name), chip(kind, word), tools),
+  return h("header", { class: `card verdict verdict-${block.mark}` },
+    h("div", { class: "row" }, h("h1", {}, block.name), chip(kind === "good" ? "plain" : kind, word), tools),
     h("p", { class: "lead" }, `${block.line}.`),
     block.action ? h("p", {}, h("strong", {}, "What to do: "), block.action) : null,
     h("p", { class: "note" }, block.confidence ? `${block.confidence}. ` : "", block.reason),

@@ -16,9 +16,14 @@ const UPPER = ["pv", "sp", "model"];
 const LOWER = ["op", "mv", "position"];
 const ZOOM = 2;
 const MOVE = 0.5;
+const CYCLES = 8;
+const SPANS = [["10 min", 600], ["1 h", 3600], ["8 h", 28800], ["1 d", 86400], ["7 d", 604800]];
 
-/** `path` is the address of the trend; `stretches` are [{state, from, to}] in seconds since the first sample. */
-export async function trendPlots(path, stretches, signal) {
+/**
+ * `path` is the address of the trend; `stretches` are [{state, from, to}] in seconds since the first sample. With a
+ * `period` [s] the last CYCLES of it are shown first.
+ */
+export async function trendPlots(path, stretches, signal, period = null) {
   const first = await getJson(`${path}?points=${width()}`, signal);
   const { about } = first;
   const length = Math.max(about.dt, (about.samples - 1) * about.dt);
@@ -83,14 +88,28 @@ export async function trendPlots(path, stretches, signal) {
   }
 
   const button = (text, label, change) => h("button", { "aria-label": label, title: label, onclick: () => show(change(range[0], range[1] - range[0])) }, text);
+  const spans = [
+    ...(period && CYCLES * period < length ? [[`${CYCLES} cycles`, CYCLES * period]] : []),
+    ...SPANS.filter(([, span]) => span < length && span > 20 * about.dt),
+    ["Whole record", length],
+  ];
+  const picker = h("select", { "aria-label": "Time shown", onchange: () => {
+    const span = spans[picker.selectedIndex][1];
+    show([range[1] - span, range[1]]);
+  } }, spans.map(([name]) => h("option", {}, name)));
+  picker.selectedIndex = spans.length - 1;
+  if (period && CYCLES * period < length) {
+    picker.selectedIndex = 0;
+  }
   const tools = h("div", { class: "row screen-only zoom-tools", role: "group", "aria-label": "Zoom" },
-    button("Whole record", "Show the whole record", () => [0, length]),
+    picker, button("Whole record", "Show the whole record", () => [0, length]),
     button("+", "Zoom in", (from, span) => [from + (span - span / ZOOM) / 2, from + (span + span / ZOOM) / 2]),
     button("−", "Zoom out", (from, span) => [from - (span * (ZOOM - 1)) / 2, from + span + (span * (ZOOM - 1)) / 2]),
     button("←", "Earlier", (from, span) => [from - span * MOVE, from - span * MOVE + span]),
     button("→", "Later", (from, span) => [from + span * MOVE, from + span * MOVE + span]));
   const element = h("div", { class: "trends" }, tools, plots.map((one) => one.plot.figure), sentence);
-  return { element, show, about, destroy: () => plots.forEach((one) => one.plot.destroy()) };
+  const open = () => (picker.selectedIndex < spans.length - 1 ? show([length - spans[picker.selectedIndex][1], length]) : null);
+  return { element, show, open, about, destroy: () => plots.forEach((one) => one.plot.destroy()) };
 }
 
 function width() {
