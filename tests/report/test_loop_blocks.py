@@ -17,7 +17,7 @@ from stiction.diagnosis.loop_state import LoopState, StateStretch
 from stiction.diagnosis.verdict.features import FEATURES
 from stiction.diagnosis.verdict.model import log_odds
 from stiction.report import labels
-from stiction.report.blocks import Definitions, Figure, SideBySide, Table, Text
+from stiction.report.blocks import Collapsible, Definitions, Figure, SideBySide, Table, Text
 from stiction.report.identification_text import describe_controller, describe_identification
 from stiction.report.pages.loop import loop_blocks, loop_headline, loop_sections
 from stiction.report.pages.overview import overview
@@ -34,7 +34,7 @@ def judged():
 
 def figures_in(blocks):
     for block in blocks:
-        if isinstance(block, SideBySide):
+        if isinstance(block, SideBySide | Collapsible):
             yield from figures_in(block.blocks)
         elif isinstance(block, Figure):
             yield block

@@ -58,7 +58,9 @@ def loop_content(diagnosis: Diagnosis) -> dict[str, Any]:
     """Return what the page of a loop shows apart from its trends."""
     from stiction.apps.web.plain_blocks import blocks_to_plain
     from stiction.report.blocks import Figure
+    from stiction.report.loop_view import LoopView
     from stiction.report.pages.loop import loop_headline, loop_sections
+    from stiction.report.visible_reasons import find_rests
 
     record, sections = diagnosis.record, loop_sections(diagnosis)
     trends = [block for block in sections.pop("Trends", ()) if not isinstance(block, Figure)]
@@ -73,6 +75,10 @@ def loop_content(diagnosis: Diagnosis) -> dict[str, Any]:
         "stretches": [
             {"state": stretch.state, "from": stretch.start_s, "to": stretch.end_s}
             for stretch in diagnosis.loop_state.stretches
+        ]
+        + [
+            {"state": "valve at rest while OP moves", "from": first * record.dt, "to": last * record.dt}
+            for first, last in find_rests(LoopView(diagnosis))
         ],
     }
 

@@ -12,6 +12,7 @@ from stiction.report import figures, labels
 from stiction.report.blocks import (
     Block,
     Cell,
+    Collapsible,
     Definitions,
     Figure,
     Heading,
@@ -23,6 +24,7 @@ from stiction.report.blocks import (
 )
 from stiction.report.identification_text import describe_controller, describe_identification
 from stiction.report.loop_view import LoopView
+from stiction.report.visible_reasons import visible_reasons
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -74,7 +76,7 @@ def loop_sections(diagnosis: Diagnosis, settings: Mapping[str, Any] | None = Non
     sections: dict[str, list[Block | None]] = {
         "Over time": [figures.windows(diagnosis)],
         "Trends": [_state(diagnosis), figures.trends(view)],
-        "Why this verdict": [side_by_side(figures.contributions(view), figures.likelihood_ratios(view))],
+        "Why this verdict": _reasons(view),
         "Valve and process": _valve(view),
         "Oscillation": [
             _oscillation(diagnosis),
@@ -87,6 +89,14 @@ def loop_sections(diagnosis: Diagnosis, settings: Mapping[str, Any] | None = Non
     }
     present = {title: [block for block in blocks if block is not None] for title, blocks in sections.items()}
     return {title: blocks for title, blocks in present.items() if blocks}
+
+
+def _reasons(view: LoopView) -> list[Block | None]:
+    """Sentences that can be checked on the trend; the bars of the features are folded below."""
+    bars = side_by_side(figures.contributions(view), figures.likelihood_ratios(view))
+    if bars is None:
+        return []
+    return [Text(" ".join(visible_reasons(view))), Collapsible("How each measured feature counts", [bars])]
 
 
 def side_by_side(*some: Figure | None) -> Block | None:
