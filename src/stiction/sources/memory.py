@@ -26,10 +26,7 @@ UNITS = {"": 1, "K": 10**3, "M": 10**6, "G": 10**9, "T": 10**12}
 def parse_memory(given: str | float) -> int:
     """Parse an amount of memory [bytes].
 
-    Raises
-    ------
-    ParameterError
-        When it is none, or less than the program itself needs.
+    Raises ParameterError when it is none, or less than the program itself needs.
 
     Examples
     --------
