@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from scipy.fft import next_fast_len
 
-from stiction.records.fast_length import next_fast_length, previous_fast_length
+from stiction.records.correlation import next_fast_length, previous_fast_length
 
 
 @pytest.mark.parametrize("n", [1, 2, 7, 61, 1009, 43_199, 86_398, 131_073])

@@ -23,6 +23,7 @@ def demo(
     open: bool | None = None,  # noqa: A002 (--open)
     as_json: JsonOption = False,
     plant: Annotated[bool, Parameter(negative="")] = False,
+    live: Annotated[bool, Parameter(negative="")] = False,
 ) -> int:
     """Diagnose nine simulated loops, four of them with sticky valves, and compare each verdict with the truth.
 
@@ -40,7 +41,14 @@ def demo(
     plant
         Audit a simulated plant of 56 loops instead, with cascades and oscillations that spread from loop to loop. Its
         files go to the folder stiction-plant, or to the folder with the name of --report without its ending.
+    live
+        Serve a simulated plant of 57 loops by OPC UA, ten times as fast as a real one, and watch it for half an hour: a
+        valve begins to stick and is repaired. Its files go to the folder stiction-live.
     """
+    if live:
+        from stiction.apps.demo_live import demo_live
+
+        return demo_live(Path("stiction-live"))
     if plant:
         return _audit_plant(report, open, as_json=as_json)
     from dataclasses import replace

@@ -2,16 +2,31 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.records.fast_length import next_fast_length
-
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["lagged_products"]
+__all__ = ["lagged_products", "next_fast_length", "previous_fast_length"]
+
+ODD = tuple(3**threes * 5**fives for threes in range(6) for fives in range(4))
+"""Odd parts of the lengths; the rest is a power of two."""
+
+
+@lru_cache(256)
+def next_fast_length(n: int) -> int:
+    """Smallest fast length of at least `n` samples."""
+    return min(odd << (-(-n // odd) - 1).bit_length() for odd in ODD)
+
+
+@lru_cache(256)
+def previous_fast_length(n: int) -> int:
+    """Largest fast length of at most `n` samples."""
+    return max(odd << ((n // odd).bit_length() - 1) for odd in ODD if odd <= n)
+
 
 MIN_BLOCK = 2048
 """Smallest number of samples that are transformed at once [-]."""

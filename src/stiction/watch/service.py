@@ -88,10 +88,10 @@ class Watch:
         self.judging = ""
         self.judge_failure = ""
         self._judge: asyncio.subprocess.Process | None = None
+        self._stop, self._reload = asyncio.Event(), asyncio.Event()
 
     async def run(self) -> None:
         """Watch until SIGTERM or SIGINT; SIGHUP reads the configuration again."""
-        self._stop, self._reload = asyncio.Event(), asyncio.Event()
         loop = asyncio.get_running_loop()
         for name, event in (("SIGTERM", self._stop), ("SIGINT", self._stop), ("SIGHUP", self._reload)):
             if hasattr(signal, name):
@@ -108,6 +108,10 @@ class Watch:
             finally:
                 notify_systemd("STOPPING=1")
                 self.store.close()
+
+    def stop(self) -> None:
+        """End `run` as SIGTERM does."""
+        self._stop.set()
 
     async def run_once(self) -> None:
         """One round: read what is new, judge the windows that ended, send what is due."""

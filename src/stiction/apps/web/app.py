@@ -19,6 +19,7 @@ from stiction.apps.web import (
     loop_routes,
     loop_sets,
     note_routes,
+    now_routes,
     readings,
     simulation_routes,
     uploads,
@@ -47,7 +48,7 @@ FIRST_SCREEN_S = 0.4
 
 def make_app(access: Access, workspace: Workspace) -> Guard:
     """Build the application inside its guard; `app.state` holds what the routes share: workers and workspace."""
-    pages = (uploads, readings, loop_sets, loop_routes, note_routes, audit_routes, simulation_routes)
+    pages = (uploads, readings, loop_sets, loop_routes, note_routes, audit_routes, simulation_routes, now_routes)
 
     @asynccontextmanager
     async def lifespan(app: Starlette) -> AsyncIterator[None]:

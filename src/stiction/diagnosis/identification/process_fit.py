@@ -10,7 +10,7 @@ import numpy as np
 from stiction.diagnosis.identification.result import ProcessFit
 from stiction.diagnosis.identification.simplex_search import simplex_search
 from stiction.diagnosis.identification.stems import first_order_lags, process_products
-from stiction.records.fast_length import next_fast_length
+from stiction.records.correlation import next_fast_length
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

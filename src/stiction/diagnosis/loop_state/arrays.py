@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.records.fast_length import previous_fast_length
+from stiction.records.correlation import previous_fast_length
 from stiction.records.runs import run_bounds, run_lengths
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.loop_state.arrays import about_line
-from stiction.records.fast_length import next_fast_length
+from stiction.records.correlation import next_fast_length
 from stiction.records.gaps import interpolate_gaps
 
 if TYPE_CHECKING:

@@ -8,8 +8,7 @@ import numpy as np
 
 from stiction.display.duration_format import format_seconds
 from stiction.records.check_result import CheckResult, check_maximum
-from stiction.records.correlation import lagged_products
-from stiction.records.fast_length import next_fast_length
+from stiction.records.correlation import lagged_products, next_fast_length
 from stiction.records.quality.compression import EXACT
 from stiction.records.quality.quantisation import ROUNDING, peak_to_peak
 

@@ -78,7 +78,8 @@ class RowRepair:
     def _repair(self, block: bytes, *, is_last: bool) -> list[bytes] | None:
         """Give a block in pieces, with repaired rows; None when none needs it."""
         is_spaced = self.delimiter == " " and b'"' not in block
-        data = np.frombuffer(_join_spaces(block) if is_spaced else block, dtype=np.uint8)
+        block = _join_spaces(block) if is_spaced else block
+        data = np.frombuffer(block, dtype=np.uint8)
         ends = np.flatnonzero(data == _NEWLINE) + 1
         if not ends.size or ends[-1] != data.size:
             ends = np.append(ends, data.size)
@@ -92,14 +93,13 @@ class RowRepair:
         self.n_lines += len(starts)
         self.n_rows += len(starts)
         if not is_odd.any():
-            return [data.tobytes()] if is_spaced else None
-        pieces, done = [], 0
-        for k in np.flatnonzero(is_odd).tolist():
-            pieces.append(data[done : starts[k]].tobytes())
-            done = int(ends[k])
-            line = data[starts[k] : done].tobytes().decode()
-            pieces.append(self._write(self._split(line, first_line + k, is_last and done == data.size), first_line + k))
-        return [*pieces, data[done:].tobytes()]
+            return [block] if is_spaced else None
+        pieces, done, odd = [], 0, np.flatnonzero(is_odd)
+        for k, start, end in zip(odd.tolist(), starts[odd].tolist(), ends[odd].tolist(), strict=True):
+            row = self._split(block[start:end].decode(), first_line + k, is_last and end == data.size)
+            pieces += [block[done:start], self._write(row, first_line + k)]
+            done = end
+        return [*pieces, block[done:]]
 
     def _count_marks(self, data: NDArray[np.uint8], starts: NDArray[np.int64], *, has_quote: bool) -> NDArray[np.int64]:
         """Count the delimiters of each row outside quotes; -1 where quotes do not stand at the ends of cells."""
@@ -144,7 +144,7 @@ class RowRepair:
 
     def _write(self, row: list[str], number: int) -> bytes:
         """Write a row plainly, with the right number of cells; a row without a written cell is dropped."""
-        if not any(cell and not cell.isspace() for cell in row):
+        if not "".join(row).strip():
             self.n_rows -= 1
             return b""
         if len(row) != self.width:

@@ -119,16 +119,10 @@ def _row(cells: dict[str, str], place: str, delimiter: str) -> MapRow:
     if ends and not ends["low"] < ends["high"]:
         given = "low = {low:g} is not below high = {high:g}".format(**ends)
         raise RecordError(f"{given}; give the values at 0 % and at 100 %.", where=place)
-    unit, area, master, importance, good = (
-        cells.get(name, "") for name in ("unit", "area", "master", "importance", "good")
-    )
-    if good and not role.endswith("quality"):
+    texts = {name: cells.get(name, "") for name in ("unit", "area", "master", "importance", "good")}
+    if (good := texts["good"]) and not role.endswith("quality"):
         raise RecordError(f"good = {good!r} stands at the role {role!r}; give it to a quality column.", where=place)
-    low, high = ends.get("low"), ends.get("high")
-    return MapRow(
-        cells["tag"], cells["loop"], role, unit, low, high, area=area, master=master, importance=importance, good=good,
-        place=place,
-    )  # fmt: skip
+    return MapRow(cells["tag"], cells["loop"], role, **texts, low=ends.get("low"), high=ends.get("high"), place=place)
 
 
 def _check(rows: list[MapRow], path: str) -> None:

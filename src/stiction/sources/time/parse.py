@@ -48,7 +48,7 @@ def parse_time(
         values = parse_numbers(first, table.decimal, where=f"{table.origin.name}, time column").values
         stamps = parse_numeric_time(values, time_columns.unit)
     else:
-        stamps = parse_text_stamps(_as_text(first), day_first=options.day_first, time_format=options.time_format)
+        stamps = parse_text_stamps(first.cast(pl.String), day_first=options.day_first, time_format=options.time_format)
     if fraction is not None and not (np.nan_to_num(stamps.seconds) % 1.0).any():
         parts = parse_numbers(cells[fraction], table.decimal).values
         stamps.seconds = stamps.seconds + np.nan_to_num(parts) * time_columns.fraction_unit
@@ -68,10 +68,6 @@ def parse_time(
     return localise(stamps, options.timezone)
 
 
-def _as_text(cells: pl.Series) -> pl.Series:
-    return cells.cast(pl.String)
-
-
 def _parse_temporal(cells: pl.Series) -> Stamps:
     """Convert a column that is stored as dates, times or durations."""
     if cells.dtype == pl.Duration:
@@ -86,7 +82,7 @@ def _parse_temporal(cells: pl.Series) -> Stamps:
 
 def _parse_date_and_clock(dates: pl.Series, clocks: pl.Series, options: ReadOptions) -> Stamps:
     """Parse a date and a time of day that stand in two columns."""
-    days, times = _as_text(dates), _as_text(clocks)
+    days, times = dates.cast(pl.String), clocks.cast(pl.String)
     if options.time_format is not None:
         return parse_text_stamps(days + " " + times, time_format=options.time_format)
     days = days.str.replace(MIDNIGHT, "")

@@ -111,6 +111,7 @@ def missing_time_error(table: RawTable, headings: Sequence[str], used: Collectio
 
     `headings` is empty when there is no header; `used` columns hold signals.
     """
+    give_dt = ("give the sampling period with ", Setting("dt"), " in seconds")
     has_index = bool(table.header) and 0 not in used and _heading_word("".join(headings[:1])) in INDEX_WORDS
     for i in sorted({*range(int(has_index), table.width)} - {*used}):
         steps = np.diff(_sample_numbers(table, i))
@@ -118,21 +119,11 @@ def missing_time_error(table: RawTable, headings: Sequence[str], used: Collectio
             column = headings[i] if i < len(headings) and headings[i] else i
             return RecordError(
                 "no column was recognised as the time",
-                remedy=(
-                    f"if it is {column!r}, name it with ",
-                    Setting("columns", {"time": column}),
-                    ", or give the sampling period with ",
-                    Setting("dt"),
-                    " in seconds",
-                ),
+                remedy=(f"if it is {column!r}, name it with ", Setting("columns", {"time": column}), ", or ", *give_dt),
                 where=table.origin.name,
             )
     counted = "only a sample index" if has_index else "no time column"
-    return RecordError(
-        f"has {counted}",
-        remedy=("give the sampling period with ", Setting("dt"), " in seconds"),
-        where=table.origin.name,
-    )
+    return RecordError(f"has {counted}", remedy=give_dt, where=table.origin.name)
 
 
 def is_numeric_column(table: RawTable, position: int) -> bool:
