@@ -51,7 +51,7 @@ def test_five_grades():
 def test_manual_test_lasts_three_periods():
     """The period of the test loop is 60 s."""
     found = make_diagnosis(0.1, causes={"external": 0.9}, verdict="undecided")
-    assert "in manual for three periods (180 s" in found.next_step
+    assert "in manual for three periods (3 min" in found.next_step
     assert found.action == found.next_step
 
 
