@@ -20,7 +20,6 @@ def audit_plant(seed: int, folder):
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(1800)
 def test_twenty_plants_begin_with_a_source_and_change_no_other_loop(tmp_path):
     first = 0
     for seed in range(20):
