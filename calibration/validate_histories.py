@@ -30,8 +30,8 @@ HEAD = """## Evidence over time
 
 Histories: one valve and loop in up to nine windows, in which load, set point, noise and operating point change; half of
 them as a historian stores them. The fault is constant, grows, begins, is repaired, or comes and goes. The verdict after
-a number of windows is compared with the valve in the last of them. False alarms count all good valves alike, those with
-deadband alone included.
+a number of windows in control is compared with the valve in the last of them. False alarms count all good valves alike,
+those with deadband alone included.
 """
 COUNTS = (1, 2, 3, 6)
 """Windows for which the verdict is scored [-]."""
@@ -57,20 +57,19 @@ class ChangeScores(NamedTuple):
 
 
 def score_verdicts(histories: list[History], n: int) -> Scores:
-    """Score the verdict after `n` windows, on the truth of the last of them."""
+    """Score the verdict after `n` windows in control, on the truth of the last of them."""
     from sklearn.metrics import roc_auc_score
 
     sticky, probability, calls = [], [], []
     for one in histories:
-        windows = one.windows[:n]
-        last = [k for k, window in enumerate(windows) if window.in_control]
-        if not last:
+        judged = [k for k, window in enumerate(one.windows) if window.in_control][:n]
+        if len(judged) < n:
             continue
-        pooled, _, _ = judge_windows(windows)
+        pooled, _, _ = judge_windows(one.windows[: judged[-1] + 1])
         p = pooled.probability(DEFAULT_PRIOR)
         shown = pooled.S_detectable is not None and pooled.S_detectable <= DEFAULT_SMALLEST_S
         calls.append(decide(p, Costs(), excluded=shown))
-        sticky.append(bool(one.sticky[:n].any() if one.course == "intermittent" else one.sticky[last[-1]]))
+        sticky.append(bool(one.sticky[judged].any() if one.course == "intermittent" else one.sticky[judged[-1]]))
         probability.append(p)
     y, p, call = np.array(sticky), np.array(probability), np.array(calls)
     weights = weights_of(y, DEFAULT_PRIOR)
@@ -113,7 +112,7 @@ def score_sizes(histories: list[History], n: int) -> tuple[int, float, float, fl
     """Valves, share whose interval of S holds it, median width over S [-], and median error of S, of sticky valves."""
     held, width, error = [], [], []
     for one in histories:
-        windows = [w for w in one.windows[:n] if w.in_control]
+        windows = [w for w in one.windows if w.in_control][:n]
         if one.course != "constant" or not one.sticky.all() or len(windows) < n:
             continue
         S = pool_windows(tabulate(windows)).S
