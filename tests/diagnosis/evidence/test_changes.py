@@ -55,7 +55,7 @@ def test_onset_is_found():
     assert pooled.probability(0.25) > 0.7
 
 
-def test_growth_is_told_with_its_ends_before_a_repair():
+def test_growth_is_reported_with_its_ends_before_a_repair():
     sizes = np.geomspace(1.5, 5.0, 9).tolist()
     growth, repair = find_changes(course(sizes + [0.0] * 3))
     assert (growth.kind, growth.first) == ("growth", 0)
