@@ -75,7 +75,7 @@ def test_an_hour_back_without_a_date_of_summer_time_is_a_clock_set_back(reading)
 
 
 @pytest.mark.parametrize(("start", "sign"), [(datetime(2026, 10, 25), 1), (datetime(2026, 3, 29), -1)])
-def test_a_change_of_summer_time_is_told_as_one(start, sign, reading):
+def test_a_change_of_summer_time_is_reported_as_one(start, sign, reading):
     wall = [start + timedelta(minutes=int(k) - sign * 60 * int(k >= (180 if sign > 0 else 120))) for k in K]
     record = reading(wall)
     assert (len(record), record.provenance.clock_jumps, record.provenance.summer_time) == (N, 1, 1)

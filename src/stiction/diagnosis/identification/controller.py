@@ -45,13 +45,13 @@ SMOOTHER, STANDARD_ERRORS = 4.0, 4.0
 """Factor by which the interpolation error may be overestimated when smooth [-], and standard errors by which a residual
 must stand out [-]."""
 NEIGHBOURS = 3
-"""Samples on either side that tell a sample of the PV [-]: enough for three sines."""
+"""Samples on either side that predict a sample of the PV [-]: enough for three sines."""
 
 
 def fit_controller(segment: JudgedSegment) -> ControllerFit:
     """Fit OP = Kc (e + int e dt / Ti + Td de/dt) and name the form.
 
-    Without a set point a P controller is named, and its sign told, only where it explains all moves of OP: a PV that
+    Without a set point a P controller is named, and its sign given, only where it explains all moves of OP: a PV that
     follows a set point which was not recorded looks like one of the wrong sign.
 
     The moves of OP from sample to sample are compared unless their residuals alternate, as those of a rounded OP
@@ -208,7 +208,7 @@ def _rounding(law: Mapping[int, float], dt: float, op_step: float, pv_step: floa
 def _between(law: Mapping[int, float], dt: float, pv: NDArray[np.float64], pv_step: float) -> float:
     """Variance of the moves that the errors between the samples would leave, were this every second sample.
 
-    Each adds Ki dt / 2 of what its neighbours do not tell of it: of noise all, and of a random walk three quarters, of
+    Each adds Ki dt / 2 of what its neighbours do not predict: of noise all, and of a random walk three quarters, of
     what is found here between a sample and its own neighbours. By the median: where the PV bends once in a while, it
     bends between the samples as seldom.
     """
@@ -217,11 +217,11 @@ def _between(law: Mapping[int, float], dt: float, pv: NDArray[np.float64], pv_st
     beside = np.stack([(np.roll(x, lag) + np.roll(x, -lag))[middle] for lag in range(1, NEIGHBOURS + 1)])
     products = np.einsum("ik,jk->ij", beside, beside)
     weights = np.linalg.pinv(products, hermitian=True) @ np.einsum("ik,k->i", beside, x[middle])
-    told = np.einsum("i,ik->k", weights, beside)
-    untold = (float(np.median(np.abs(x[middle] - told))) / 0.6745) ** 2
-    # The neighbours' own noise and rounding is in what they tell.
-    untold = untold / (1.0 + 2.0 * energy_of(weights)) - pv_step**2 / 12.0
-    return (0.5 * dt * law.get(INTEGRAL, 0.0)) ** 2 * max(untold, 0.0)
+    predicted = np.einsum("i,ik->k", weights, beside)
+    unpredicted = (float(np.median(np.abs(x[middle] - predicted))) / 0.6745) ** 2
+    # The neighbours' own noise and rounding is in what they predict.
+    unpredicted = unpredicted / (1.0 + 2.0 * energy_of(weights)) - pv_step**2 / 12.0
+    return (0.5 * dt * law.get(INTEGRAL, 0.0)) ** 2 * max(unpredicted, 0.0)
 
 
 def _stands_out(between: float, left: NDArray[np.float64], rounding: float) -> bool:
