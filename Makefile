@@ -66,6 +66,8 @@ calibrate: $(VENV)/.ready-test
 	$(BIN)/python -m calibration.train $(TABLES)/train.parquet
 	$(BIN)/python -m calibration.feature_table --sets kinds --chunks 120 --seed 11 --jobs $(WORKERS) --out $(TABLES)/kinds.parquet
 	$(BIN)/python -m calibration.train_causes $(TABLES)/kinds.parquet $(TABLES)/train.parquet
+	$(BIN)/python -m calibration.history_table --simulator first --histories 600 --seed 31 --jobs $(WORKERS) --out $(TABLES)/histories.parquet
+	$(BIN)/python -m calibration.train_pooling $(TABLES)/histories.parquet
 
 validate: $(VENV)/.ready-test
 	$(BIN)/python -m calibration.feature_table --chunks 500 --seed 8 --jobs $(WORKERS) --out $(TABLES)/fresh.parquet
@@ -74,6 +76,9 @@ validate: $(VENV)/.ready-test
 	$(BIN)/python -m calibration.feature_table --sets kinds --chunks 150 --seed 21 --jobs $(WORKERS) --out $(TABLES)/kinds-fresh.parquet
 	$(BIN)/python -m calibration.feature_table --sets second_kinds --chunks 150 --seed 22 --jobs $(WORKERS) --out $(TABLES)/kinds-second.parquet
 	$(BIN)/python -m calibration.validate --first $(TABLES)/fresh.parquet --second $(TABLES)/second.parquet --recorded $(TABLES)/recorded.parquet --kinds $(TABLES)/kinds-fresh.parquet --second-kinds $(TABLES)/kinds-second.parquet
+	$(BIN)/python -m calibration.history_table --simulator first --histories 400 --seed 33 --jobs $(WORKERS) --out $(TABLES)/histories-first.parquet
+	$(BIN)/python -m calibration.history_table --simulator second --histories 400 --seed 32 --jobs $(WORKERS) --out $(TABLES)/histories-second.parquet
+	$(BIN)/python -m calibration.validate_histories $(TABLES)/histories-first.parquet $(TABLES)/histories-second.parquet --write
 	$(BIN)/python -m calibration.benchmark --first $(TABLES)/fresh.parquet --second $(TABLES)/second.parquet --recorded $(TABLES)/recorded.parquet
 	$(BIN)/python docs/trust_numbers.py
 

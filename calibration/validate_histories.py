@@ -1,11 +1,13 @@
 """Score the pooled verdict and the change points on histories; a section of docs/validation.md.
 
-Run as a script to print it: ``python -m calibration.validate_histories TABLE [TABLE ...]``.
+Run as a script: ``python -m calibration.validate_histories FIRST SECOND --write``, after `calibration.validate`.
 """
 
 from __future__ import annotations
 
 import argparse
+import re
+import textwrap
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -22,6 +24,15 @@ if TYPE_CHECKING:
 
 __all__ = ["history_lines", "score_changes", "score_verdicts"]
 
+ROOT = Path(__file__).resolve().parents[1]
+PAGE, README = ROOT / "docs" / "validation.md", ROOT / "README.md"
+HEAD = """## Evidence over time
+
+Histories: one valve and loop in up to nine windows, in which load, set point, noise and operating point change; half of
+them as a historian stores them. The fault is constant, grows, begins, is repaired, or comes and goes. The verdict after
+a number of windows in control is compared with the valve in the last of them. False alarms count all good valves alike,
+those with deadband alone included.
+"""
 COUNTS = (1, 2, 3, 6)
 """Windows for which the verdict is scored [-]."""
 LATEST = 3
@@ -46,20 +57,19 @@ class ChangeScores(NamedTuple):
 
 
 def score_verdicts(histories: list[History], n: int) -> Scores:
-    """Score the verdict after `n` windows, on the truth of the last of them."""
+    """Score the verdict after `n` windows in control, on the truth of the last of them."""
     from sklearn.metrics import roc_auc_score
 
     sticky, probability, calls = [], [], []
     for one in histories:
-        windows = one.windows[:n]
-        last = [k for k, window in enumerate(windows) if window.in_control]
-        if not last:
+        judged = [k for k, window in enumerate(one.windows) if window.in_control][:n]
+        if len(judged) < n:
             continue
-        pooled, _, _ = judge_windows(windows)
+        pooled, _, _ = judge_windows(one.windows[: judged[-1] + 1])
         p = pooled.probability(DEFAULT_PRIOR)
         shown = pooled.S_detectable is not None and pooled.S_detectable <= DEFAULT_SMALLEST_S
         calls.append(decide(p, Costs(), excluded=shown))
-        sticky.append(bool(one.sticky[:n].any() if one.course == "intermittent" else one.sticky[last[-1]]))
+        sticky.append(bool(one.sticky[judged].any() if one.course == "intermittent" else one.sticky[judged[-1]]))
         probability.append(p)
     y, p, call = np.array(sticky), np.array(probability), np.array(calls)
     weights = weights_of(y, DEFAULT_PRIOR)
@@ -102,7 +112,7 @@ def score_sizes(histories: list[History], n: int) -> tuple[int, float, float, fl
     """Valves, share whose interval of S holds it, median width over S [-], and median error of S, of sticky valves."""
     held, width, error = [], [], []
     for one in histories:
-        windows = [w for w in one.windows[:n] if w.in_control]
+        windows = [w for w in one.windows if w.in_control][:n]
         if one.course != "constant" or not one.sticky.all() or len(windows) < n:
             continue
         S = pool_windows(tabulate(windows)).S
@@ -136,12 +146,43 @@ def history_lines(title: str, path: Path) -> list[str]:
     return [*lines, ""]
 
 
+def write_page(lines: list[str]) -> None:
+    """Put the section into docs/validation.md, before the choices, in place of an older one."""
+    text = PAGE.read_text(encoding="utf-8")
+    text = re.sub(r"## Evidence over time\n.*?(?=\n## )", "", text, flags=re.S)
+    before, choices, after = text.partition("## Choices made by looking")
+    section = "\n".join([HEAD, *lines]).rstrip()
+    PAGE.write_text(f"{before.rstrip()}\n\n{section}\n\n{choices}{after}", encoding="utf-8")
+
+
+def write_readme(histories: list[History]) -> None:
+    """Put the shares for one window and for six into the README."""
+    one, six = score_verdicts(histories, 1), score_verdicts(histories, 6)
+    line = (
+        f"One record finds **{100.0 * one.found:.0f} %** of the sticky valves with {100.0 * one.false_alarms:.0f} % "
+        f"false alarms; six records, as of a week, find **{100.0 * six.found:.0f} %** with "
+        f"{100.0 * six.false_alarms:.0f} % ({len(histories)} histories of the second simulator, with loads that "
+        "change, half of them as a historian stores them; see "
+        "[evidence over time](docs/understand/evidence-over-time.md))."
+    )
+    text = README.read_text(encoding="utf-8")
+    place = re.compile(r"(<!-- history numbers: .*? -->\n).*?(<!-- end of history numbers -->)", re.S)
+    wrapped = textwrap.fill(line, 120, break_long_words=False, break_on_hyphens=False)
+    README.write_text(place.sub(rf"\g<1>{wrapped}\n\g<2>", text), encoding="utf-8")
+
+
 def main() -> None:
-    """Print the section."""
+    """Print the section, or write it."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("tables", nargs="+", type=Path)
-    for path in parser.parse_args().tables:
-        print("\n".join(history_lines(path.stem, path)))
+    parser.add_argument("tables", nargs="+", type=Path, help="of the first and of the second simulator")
+    parser.add_argument("--write", action="store_true", help="write docs/validation.md and README.md")
+    given = parser.parse_args()
+    titles = ("First simulator, fresh seed", "Second simulator")
+    lines = [line for pair in zip(titles, given.tables, strict=False) for line in history_lines(*pair)]
+    print("\n".join(lines))
+    if given.write:
+        write_page(lines)
+        write_readme(read_histories(given.tables[-1]))
 
 
 if __name__ == "__main__":

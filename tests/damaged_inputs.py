@@ -183,7 +183,7 @@ def check_one(number: int) -> None:
         began = time.process_time()
         records, message = [], "read"
         try:
-            with time_limit(12 * MAX_SECONDS), mock.patch.object(workbook_checks, "MAX_TRIAL_BYTES", 1 << 30):
+            with time_limit(60 * MAX_SECONDS), mock.patch.object(workbook_checks, "MAX_TRIAL_BYTES", 1 << 30):
                 records = read(path)
         except StictionError as error:
             message = str(error)

@@ -187,7 +187,7 @@ def test_a_jump_without_deadband_is_judged_by_its_jump():
         (st.Kano(5.0, 2.0), {"Ms_limit": -1.0}, "Ms_limit = -1 is not positive"),
     ],
 )
-def test_what_cannot_be_retuned_is_told(valve, limits, told):
+def test_what_cannot_be_retuned_is_reported(valve, limits, told):
     loop = st.Loop(st.PID(0.2, 10.0), valve, st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
     with pytest.raises(st.ParameterError, match=told):
         retune(loop, 100.0, **limits)
@@ -198,6 +198,6 @@ def test_a_period_too_long_to_simulate_is_refused():
         retune(LOOP, 1e12)
 
 
-def test_what_is_no_loop_is_told():
+def test_what_is_no_loop_is_reported():
     with pytest.raises(st.ParameterError, match="loop is of type Kano; give a Loop"):
         retune(LOOP.valve, 60.0)

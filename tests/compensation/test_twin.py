@@ -244,7 +244,7 @@ def test_what_keeps_step_with_the_cycle_is_the_model_s_error():
     assert np.std(periodic_part(op, other, 60.0)) < 0.1
 
 
-def test_a_change_too_small_to_matter_is_not_told(diagnosis):
+def test_a_change_too_small_to_matter_is_not_reported(diagnosis):
     """A dead time of 0 that became 7e-9 s is the same dead time; one that became 5 s is told."""
     found, period = diagnosis.identification, diagnosis.oscillation.period
     none = replace(found, process=replace(found.process, dead_time=0.0))
@@ -294,7 +294,7 @@ def test_overlay_of_a_twin_of_finer_steps_has_the_times_of_the_record():
     assert np.corrcoef(over["op"], over["op_twin"])[0, 1] > 0.99
 
 
-def test_a_twin_that_rests_more_than_the_record_is_told(diagnosis, monkeypatch):
+def test_a_twin_that_rests_more_than_the_record_is_reported(diagnosis, monkeypatch):
     """Half of its periods without a swing, while the record swings in all."""
     import stiction.compensation.twin as room
 

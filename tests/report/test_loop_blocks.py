@@ -57,7 +57,7 @@ def test_a_judged_loop_has_every_section_in_order(judged):
     assert headline.action == f"{judged.action} Next step: {judged.next_step}"
 
 
-def test_a_loop_that_follows_another_is_not_told_to_act(judged):
+def test_a_loop_that_follows_another_gets_no_action(judged):
     step = "Look again after PIC-1 was put right."
     told = replace(judged, settings={"follows": "Oscillates with PIC-1", "next_step": step})
     headline = loop_headline(told)

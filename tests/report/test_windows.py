@@ -10,6 +10,7 @@ import pytest
 
 import stiction as st
 from stiction.apps.diagnose import group_by_loop
+from stiction.report.blocks import Heading
 from stiction.report.figures import windows
 from stiction.report.pages.loop import loop_blocks
 
@@ -29,7 +30,7 @@ def test_page_of_several_windows_shows_each(record):
     assert figure.table is not None
     assert [row[0] for row in figure.table.rows] == ["2026-03-01 00:00", "2026-03-01 00:33:20", "2026-03-01 01:06:40"]
     assert [row[4] for row in figure.table.rows] == [one.S for one in found.windows]
-    titles = [block.text for block in loop_blocks(found) if hasattr(block, "level")]
+    titles = [block.text for block in loop_blocks(found) if isinstance(block, Heading)]
     assert "Over time" in titles
 
 

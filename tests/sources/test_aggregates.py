@@ -113,7 +113,7 @@ def test_a_long_table_has_a_column_for_each_aggregate(order, tmp_path):
 
 
 @pytest.mark.parametrize(("period", "severity"), [(600.0, "ok"), (50.0, "warn")])
-def test_averages_over_a_large_part_of_a_cycle_are_told(period, severity, tmp_path):
+def test_averages_over_a_large_part_of_a_cycle_are_reported(period, severity, tmp_path):
     t = np.arange(20.0 * 400)
     names, columns = ["time_s"], [20.0 * np.arange(400)]
     for tag, x in (("PV", np.sin(2 * np.pi * t / period)), ("OP", np.cos(2 * np.pi * t / period))):

@@ -234,7 +234,7 @@ def _rows(n, last="{:.4f}"):
 
 @pytest.mark.parametrize("left", ["51.", "51.2", "51", ""])
 @pytest.mark.parametrize("end", ["\n", "\r\n"])
-def test_a_file_cut_off_within_its_last_row_is_told_and_the_rest_is_read(left, end, read_text):
+def test_a_file_cut_off_within_its_last_row_is_reported_and_the_rest_is_read(left, end, read_text):
     rows = _rows(80)
     cut = rows[-1].rsplit(",", 1)[0] + (f",{left}" if left else "")
     [record] = read_text(end.join(["time_s,PV,OP", *rows[:-1], cut]))
@@ -248,7 +248,7 @@ def test_a_file_cut_off_within_its_last_row_is_told_and_the_rest_is_read(left, e
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
-def test_a_cut_is_told_in_any_encoding_and_with_semicolons(encoding, read_text):
+def test_a_cut_is_reported_in_any_encoding_and_with_semicolons(encoding, read_text):
     rows = [row.replace(",", ";").replace(".", ",") for row in _rows(80)]
     [record] = read_text("\n".join(["time_s;PV;OP", *rows])[:-3], encoding)
     assert len(record) == 79

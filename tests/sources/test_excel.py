@@ -182,3 +182,16 @@ def test_damaged_xls_that_would_fill_the_memory_is_refused(tmp_path: Path) -> No
     (tmp_path / "a.xls").write_bytes(data)
     with pytest.raises(RecordError, match=r"a.xls: is damaged .*more memory"):
         read(tmp_path / "a.xls")
+
+
+def test_panic_of_the_library_is_not_shown(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "a.xls"
+    book = xlwt.Workbook()
+    book.add_sheet("loop").write(0, 0, "PV")
+    book.save(str(path))
+    data = path.read_bytes()
+    path.write_bytes(data[: len(data) - 54])  # within the directory of the file
+    [source] = open_sources(path, ReadOptions())
+    with pytest.raises(RecordError, match="is damaged"):
+        excel.read(source, ReadOptions())
+    assert "panicked" not in capfd.readouterr().err

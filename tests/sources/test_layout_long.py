@@ -149,7 +149,7 @@ def test_date_and_clock_and_a_decimal_comma():
     assert columns["FIC.OP"].table.decimal == ","
 
 
-def test_rows_without_a_readable_stamp_are_left_out_and_told():
+def test_rows_without_a_readable_stamp_are_left_out_and_reported():
     rows = [(f"FIC.{word}", stamp(k), PV[k]) for k in range(N) for word in ("PV", "OP")]
     rows[10:13] = [("FIC.PV", "n/a", 1.0), ("FIC.OP", "", 2.0), ("FIC.PV", "soon", 3.0)]
     columns = columns_of(write("Tag,Time,Value", rows))

@@ -129,7 +129,7 @@ def test_names_that_are_no_tags_split_nothing(heading, names):
     assert any("does not name loops" in note for note in columns["PV"].table.notes)
 
 
-def test_a_loop_with_few_rows_is_left_out_and_told():
+def test_a_loop_with_few_rows_is_left_out_and_reported():
     rows = [f"FIC-1,{stamp(k)},{PV[k]},{OP[k]}" for k in K] + [f"LIC-2,{stamp(k)},1,2" for k in range(9)]
     columns = columns_of("\n".join(["Tag,Time,PV,OP", *rows]) + "\n")
     assert list(columns) == ["FIC-1.PV", "FIC-1.OP"]

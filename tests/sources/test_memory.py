@@ -56,7 +56,7 @@ def test_what_is_no_amount_is_refused(tmp_path, text):
         st.read(tmp_path, max_memory=text)
 
 
-def test_last_rows_of_a_long_table_are_read_and_told(tmp_path, monkeypatch):
+def test_last_rows_of_a_long_table_are_read_and_reported(tmp_path, monkeypatch):
     write_long(tmp_path / "a.parquet", 5000)
     whole = st.read(tmp_path / "a.parquet")[0]
     monkeypatch.setattr(memory, "CELL_BYTES", 100_000)

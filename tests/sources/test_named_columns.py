@@ -137,7 +137,7 @@ def test_a_column_of_a_control_block_is_named_by_its_whole_name(signals, table, 
 
 
 @pytest.mark.parametrize("unit", ["V", "mm", "t/h"])
-def test_an_op_in_another_unit_than_percent_is_told(unit, signals, table, read_text):
+def test_an_op_in_another_unit_than_percent_is_reported(unit, signals, table, read_text):
     t, pv, op, _ = signals
     text = table(f"time_s,FIC-1.PV [t/h],FIC-1.OP [{unit}]", t, pv, 3.0 + 0.12 * op)
     [record] = read_text(text)

@@ -78,7 +78,7 @@ def parted(x, mark, decimals=0):
 
 
 @pytest.mark.parametrize("delimiter", [";", "\t"])
-def test_decimal_commas_beside_a_decimal_point_are_told_where_they_are_read_as_thousands(
+def test_decimal_commas_beside_a_decimal_point_are_reported_where_they_are_read_as_thousands(
     delimiter, signals, table, read_text
 ):
     t, pv, op, _ = signals
@@ -107,7 +107,7 @@ def test_thousands_without_decimals_are_refused_where_they_would_be_read_as_deci
 
 
 @pytest.mark.parametrize("mark", [".", ","])
-def test_thousands_that_may_be_decimals_are_told(mark, signals, table, read_text):
+def test_thousands_that_may_be_decimals_are_reported(mark, signals, table, read_text):
     t, _, op, _ = signals
     big = 1100.0 + t
     columns = [str(int(s)) for s in t], [parted(x, mark) for x in big], [f"{x:.0f}" for x in op]

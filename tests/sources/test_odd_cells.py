@@ -36,7 +36,7 @@ def test_a_quote_that_is_not_closed_is_refused_where_it_opens(read_text, row, ag
         read_text(lines(rows))
 
 
-def test_a_quote_left_open_in_the_last_row_costs_that_row_and_is_told(read_text):
+def test_a_quote_left_open_in_the_last_row_costs_that_row_and_is_reported(read_text):
     rows = cells()
     rows[-1][1] = f'"{rows[-1][1]}'
     [record] = read_text(lines(rows))

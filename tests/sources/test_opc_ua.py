@@ -122,7 +122,7 @@ def test_a_loop_without_values_costs_only_itself(plant, signals):
     assert any("FIC-102" in note and "no value" in note for note in record.provenance.assumptions)
 
 
-def test_a_server_that_is_not_there_is_told():
+def test_a_server_that_is_not_there_is_reported():
     with pytest.raises(RecordError, match=r"opc.tcp://127.0.0.1:\d+: cannot be reached .*; check host and port"):
         st.read(f"opc.tcp://127.0.0.1:{free_port()}", **SPAN)
 

@@ -112,7 +112,7 @@ def test_a_tag_that_fails_costs_only_its_loop(archive):
     assert any("FIC-102.PV" in note and "The point is corrupt." in note for note in record.provenance.assumptions)
 
 
-def test_tags_of_a_map_are_looked_up_by_name_and_a_missing_one_is_told(archive, tmp_path):
+def test_tags_of_a_map_are_looked_up_by_name_and_a_missing_one_is_reported(archive, tmp_path):
     signals = add_loop(archive, "FIC-101")
     add_loop(archive, "FIC-102")
     table = tmp_path / "map.csv"
@@ -159,7 +159,7 @@ def test_user_and_password_come_from_the_environment_and_are_not_shown(archive, 
     ("body", "message"),
     [("<html>Welcome</html>", "something else than JSON"), ('{"Items": [{"Na', "something else than JSON")],
 )
-def test_an_answer_that_is_no_answer_is_told(archive, monkeypatch, body, message):
+def test_an_answer_that_is_no_answer_is_reported(archive, monkeypatch, body, message):
     monkeypatch.setattr(archive, "answer", lambda *_: (200, body))
     with pytest.raises(RecordError, match=message):
         st.read(archive.url, **SPAN)

@@ -174,7 +174,7 @@ def test_readings_that_disagree_ask_for_the_good_codes(tmp_path):
     assert st.diagnose(read).verdict == "stiction"
 
 
-def test_readings_that_agree_are_told(tmp_path):
+def test_readings_that_agree_are_reported(tmp_path):
     record = loop(2)
     path = tmp_path / "FIC1.csv"
     rows = zip(

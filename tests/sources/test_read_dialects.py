@@ -101,7 +101,7 @@ def test_the_controller_block_keeps_its_own_pv(signals, table, read_text):
     np.testing.assert_array_equal(record.pv, pv)
 
 
-def test_a_position_in_the_place_of_the_pv_is_told(signals, table, read_text):
+def test_a_position_in_the_place_of_the_pv_is_reported(signals, table, read_text):
     # ABB calls the measured value MV.
     t, pv, op, sp = signals
     [record] = read_text(table("Time,FIC101.MV,FIC101.OUT,FIC101.SP", t, pv, op, sp))

@@ -82,7 +82,7 @@ def test_times_as_numbers(name, per_second, zero, kind, signals, table, read_tex
         ("time_s", 1000, 1000.0, None),
     ],
 )
-def test_milliseconds_without_a_unit_are_told_by_their_size(name, step, dt, said, signals, table, read_text):
+def test_milliseconds_without_a_unit_are_reported_by_their_size(name, step, dt, said, signals, table, read_text):
     t, pv, op, _ = signals
     [record] = read_text(table(f"{name},PV,OP", [str(int(step * k)) for k in t], pv, op))
     assert record.dt == pytest.approx(dt)

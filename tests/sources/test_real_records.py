@@ -48,7 +48,7 @@ def test_actuator_with_measured_travel():
     assert assess_quality(record).warnings == ()
 
 
-def test_records_held_by_the_historian_are_told_apart():
+def test_records_held_by_the_historian_are_distinguished():
     """Three records repeat a third or more of their rows; no other repeats more than a tenth."""
     held = {}
     for row in ROWS:

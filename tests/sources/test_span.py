@@ -22,7 +22,7 @@ def in_span(percent, low, high):
     ("unit", "span"),
     [("mA", (4, 20)), ("psi", (3, 15)), ("PSIG", (3, 15)), ("bar", (0.2, 1)), ("kPa", (20, 100)), ("0-1", (0, 1))],
 )
-def test_a_standard_signal_is_converted_and_told(unit, span):
+def test_a_standard_signal_is_converted_and_reported(unit, span):
     found = op_to_percent(in_span(OP, *span), unit)
     np.testing.assert_allclose(found.values, OP, rtol=1e-12)
     assert found.unit == ""
@@ -30,7 +30,7 @@ def test_a_standard_signal_is_converted_and_told(unit, span):
 
 
 @pytest.mark.parametrize(("unit", "values"), [("mA", OP), ("psi", OP), ("V", OP / 10), ("t/h", OP), ("bar", OP)])
-def test_a_unit_that_does_not_fit_is_left_and_told(unit, values):
+def test_a_unit_that_does_not_fit_is_left_and_reported(unit, values):
     found = op_to_percent(values, unit)
     assert found.values is values
     assert found.unit == unit
@@ -82,7 +82,7 @@ def test_counts_that_rest_at_both_ends_or_follow_the_position(full):
     assert op_to_percent(in_span(OP, 0, full), "counts").unit == "counts"
 
 
-def test_a_fraction_is_converted_and_told():
+def test_a_fraction_is_converted_and_reported():
     found = op_to_percent(OP / 100)
     np.testing.assert_allclose(found.values, OP)
     assert (found.unit, "fraction of span" in found.notes[0]) == ("", True)
@@ -104,7 +104,7 @@ def test_one_bad_value_says_nothing_of_the_range():
     assert op_to_percent(np.full(9, np.nan)).unit == ""
 
 
-def test_a_position_in_another_range_is_told():
+def test_a_position_in_another_range_is_reported():
     assert position_to_percent(in_span(POSITION, 4, 20), "mA", OP).values == pytest.approx(POSITION)
     assert position_to_percent(in_span(POSITION, 2, 9), "V", OP, mv_range=(2, 9)).values == pytest.approx(POSITION)
     [note] = position_to_percent(in_span(POSITION, 4, 20), "", OP).notes

@@ -155,7 +155,7 @@ def test_one_odd_row_in_several_blocks_costs_no_other():
 @pytest.mark.parametrize("end", ["\n", "\r\n"])
 @pytest.mark.parametrize("left", ["51.", "51.2", "51", ""])
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
-def test_a_file_cut_off_within_its_last_row_is_told(end, left, encoding):
+def test_a_file_cut_off_within_its_last_row_is_reported(end, left, encoding):
     rows = [[str(k), f"{k / 7:.3f}", f"{50 + k / 9:.4f}"] for k in range(80)]
     cut = ",".join(rows[-1][:2]) + (f",{left}" if left else "")
     table = read_table(end.join(map(",".join, [NAMES, *rows[:-1], [cut]])), encoding)
@@ -206,7 +206,7 @@ def test_units_behind_numbers_are_a_header_row():
         ("1,100", ";", "'1,100' is read as 1.1; if that is wrong give the decimal mark (decimal) '.'."),
     ],
 )
-def test_thousands_that_may_be_decimals_are_told(pv, mark, note):
+def test_thousands_that_may_be_decimals_are_reported(pv, mark, note):
     rows = [[a, pv, "40"] for a, _, _ in ROWS]
     assert note in read_table(lines(rows, mark=mark)).notes
     other = [[a, pv, c.replace(".", pv[1] if pv[1] in ".," else ",")] for a, c, _ in ROWS]

@@ -143,7 +143,7 @@ def test_a_loop_out_of_service_raises_nothing_until_it_is_back(store):
         ("FIC-101", "comment", {"who": "Ana"}, "the comment is empty"),
     ],
 )
-def test_what_cannot_be_done_is_told(store, ident, action, about, message):
+def test_what_cannot_be_done_is_reported(store, ident, action, about, message):
     run(store, config(raise_windows=1), [0.95])
     with pytest.raises(ParameterError, match=message.replace("(", r"\(")):
         act_on_alarm(store, ident, action, **about)

@@ -109,7 +109,7 @@ def test_a_mail_has_subject_text_and_the_identifier_of_the_alarm():
     assert "Next step: Ramp OP." in mail
 
 
-def test_apprise_is_asked_and_its_failure_told(hook):
+def test_apprise_is_asked_and_its_failure_reported(hook):
     url, taken, handler = hook
     place = url.replace("http://", "json://")
     send(ChannelSettings(kind="apprise", url=place), BODY)

@@ -79,7 +79,7 @@ def test_a_file_is_read_with_its_defaults(tmp_path):
         ("opc.tcp://plant:4840", "opc.tcp://ana:pw@plant:4840", 4, "STICTION_HISTORIAN_PASSWORD"),
     ],
 )
-def test_what_is_wrong_is_told_with_its_line(tmp_path, old, new, line, message):
+def test_what_is_wrong_is_reported_with_its_line(tmp_path, old, new, line, message):
     assert old in GOOD
     with pytest.raises(RecordError) as caught:
         read(tmp_path, GOOD.replace(old, new))
@@ -88,7 +88,7 @@ def test_what_is_wrong_is_told_with_its_line(tmp_path, old, new, line, message):
     assert "pw@" not in str(caught.value)
 
 
-def test_a_file_without_a_source_and_one_that_is_not_there_are_told(tmp_path):
+def test_a_file_without_a_source_and_one_that_is_not_there_are_reported(tmp_path):
     with pytest.raises(RecordError, match=r"plant.toml: \[\[source\]\] is missing; write it."):
         read(tmp_path, 'window = "4h"\n')
     with pytest.raises(RecordError, match=r"cannot be read \(No such file or directory\); check the path"):

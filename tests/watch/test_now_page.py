@@ -43,7 +43,7 @@ def test_the_page_shows_sources_alarms_and_changes(folder):
     assert 'data-alarm="' in page
 
 
-def test_a_watch_that_stopped_is_told(folder):
+def test_a_watch_that_stopped_is_reported(folder):
     store = WatchStore(folder)
     store.set_fact("status", {"time": 0.0})
     store.close()

@@ -87,7 +87,7 @@ def test_another_window_length_is_refused_while_samples_wait(plant):
         asyncio.run(Watch(plant).run_once())
 
 
-def test_a_source_that_is_gone_is_told_and_the_round_goes_on(plant, capsys):
+def test_a_source_that_is_gone_is_reported_and_the_round_goes_on(plant, capsys):
     text = plant.read_text().replace("[alarms]", '[[source]]\naddress = "no-such-folder"\n[alarms]')
     plant.write_text(text)
     assert main(["watch", str(plant), "--check"]) == 3
@@ -107,7 +107,7 @@ def test_a_source_that_is_gone_is_told_and_the_round_goes_on(plant, capsys):
         (["watch", "none.toml", "--shelve", "a", "--acknowledge", "b"], "stands beside another action"),
     ],
 )
-def test_wrong_commands_are_told(arguments, message, capsys):
+def test_wrong_commands_are_reported(arguments, message, capsys):
     assert main(arguments) in (2, 3)
     assert message in capsys.readouterr().err
 
@@ -122,7 +122,7 @@ def test_a_configuration_is_drafted_and_can_be_read(plant, capsys, tmp_path):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Unix sockets")
-def test_systemd_is_told(tmp_path, monkeypatch):
+def test_systemd_is_notified(tmp_path, monkeypatch):
     import socket
 
     from stiction.watch.systemd import notify_systemd, watchdog_interval

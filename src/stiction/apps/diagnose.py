@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from cyclopts import Parameter
 
+from stiction.apps.collection import pause_collection, resume_collection
 from stiction.apps.failure import traceback_text, try_each
 from stiction.apps.options import JsonOption, ReportOption, reject_misplaced_options
 from stiction.apps.reading_options import SOURCES, ReadingOptions, read_sources
@@ -93,7 +94,11 @@ def diagnose(
         from stiction.records.atomic_write import require_new_file
 
         require_new_file(export_twin)
-    return diagnose_files(files, options, judgement, target, as_json=as_json, explain=explain, twin=export_twin)
+    pause_collection()
+    try:
+        return diagnose_files(files, options, judgement, target, as_json=as_json, explain=explain, twin=export_twin)
+    finally:
+        resume_collection()
 
 
 class LoopFiles(NamedTuple):
@@ -153,7 +158,14 @@ def diagnose_files(
     loops, notes = group_by_loop(records)
     for note in notes:
         print_err(note)
-    diagnoses, more = try_each(track(loops, "Diagnosing"), lambda loop: stiction.diagnose(loop.records, **settings))
+
+    def judge(loop: LoopFiles) -> "Diagnosis":
+        try:
+            return stiction.diagnose(loop.records, **settings)
+        finally:
+            resume_collection()
+
+    diagnoses, more = try_each(track(loops, "Diagnosing"), judge)
     failures += more
     if as_json:
         judged = ({**diagnosis.to_dict(), "error": None} for diagnosis in diagnoses)

@@ -198,23 +198,23 @@ def build_model(
         raise ParameterError(f'There is no {kind} "{name}"; use one of {", ".join(known)}.{hint}')
     known = [p for p in inspect.signature(makers[name]).parameters.values() if p.name != "_"]
     names = [p.name for p in known]
-    told = ", ".join(p.name if p.default is p.empty else f"[{p.name}]" for p in known) or "no parameters"
+    accepted = ", ".join(p.name if p.default is p.empty else f"[{p.name}]" for p in known) or "no parameters"
     for key in given:
         if key not in names:
             close = difflib.get_close_matches(key, names, 1)
             hint = f' Did you mean "{close[0]}"?' if close else ""
-            raise ParameterError(f'{kind} {name} has no parameter "{key}"; it takes {told}.{hint}')
+            raise ParameterError(f'{kind} {name} has no parameter "{key}"; it takes {accepted}.{hint}')
     if not complete:
         return None
     missing = [p.name for p in known if p.default is p.empty and p.name not in given]
     if missing:
-        raise ParameterError(f"{kind} {name} needs {', '.join(missing)}; it takes {told}.")
+        raise ParameterError(f"{kind} {name} needs {', '.join(missing)}; it takes {accepted}.")
     try:
         return makers[name](**{key: parse_value(value) for key, value in given.items()})
     except StictionError as error:
         raise type(error)(f"{kind} {name}: {error}") from None
     except (TypeError, ValueError) as error:
-        raise ParameterError(f"{kind} {name} cannot be made ({error}); it takes {told}.") from None
+        raise ParameterError(f"{kind} {name} cannot be made ({error}); it takes {accepted}.") from None
 
 
 def parse_value(text: Any) -> Any:

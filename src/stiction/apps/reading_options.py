@@ -68,7 +68,7 @@ class ReadingOptions:
     max_gap
         Longest time in seconds over which a value is held or interpolated.
     max_bytes
-        Largest size of a file after decompression (2000000000).
+        Largest size of a file after decompression (2000000000); of Parquet and Feather, of the columns of a loop.
     max_memory
         Most memory for reading, such as 2GB; half of the machine when not given. Of a longer Parquet or Arrow file the
         last rows are read.

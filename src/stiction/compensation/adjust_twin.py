@@ -65,6 +65,6 @@ def adjust_twin(
         )
         if off < least:
             changed = {"dead time": longer, "J / S": J / valve.J if valve.J else 1.0, "gain": gain, "S": scale}
-            told = [f"{name} times {factor:.2f}" for name, factor in changed.items() if abs(factor - 1.0) > 0.005]
-            best, least = (trial, told), off
+            changes = [f"{name} times {factor:.2f}" for name, factor in changed.items() if abs(factor - 1.0) > 0.005]
+            best, least = (trial, changes), off
     return best

@@ -182,11 +182,11 @@ def _cheapest_variant(
     nothing: NDArray[np.float64],
     weights: dict[str, float],
 ) -> Remedy:
-    def price(remedy: Remedy) -> float:
+    def cost_of(remedy: Remedy) -> float:
         row = compared[id(remedy)].mean(axis=0)
         return cost(row, nothing, float(row[0] / nothing[0]), weights)
 
-    return min(options, key=price)
+    return min(options, key=cost_of)
 
 
 def _first_run(twin: Twin, plan: TrialProgramme, remedy: Remedy) -> dict[str, NDArray[np.float64]]:

@@ -96,16 +96,15 @@ def acceptance_criteria(S: float = math.inf) -> tuple[str, ...]:
     Examples
     --------
     >>> acceptance_criteria()[0]
-    'deadband plus stickband, S, at most 1 % of span (customary limit, EnTech 1998, cited from memory)'
+    'deadband plus stickband, S, at most 1 % of span (customary limit)'
     """
-    limit, source = sum(residual_stiction(S)), "EnTech 1998, cited from memory"
-    why = f"customary limit, {source}"
+    limit, why = sum(residual_stiction(S)), "customary limit"
     if limit < CUSTOMARY_LIMIT_PERCENT:
         usual = f"{CUSTOMARY_LIMIT_PERCENT:g} %"
         why = f"half of S before the repair, less than the customary {usual}; analyse with --limit {limit:.2g}"
     return (
         f"deadband plus stickband, S, at most {limit:.2g} % of span ({why})",
-        f"overshoot at most 20 % of the step ({source})",
+        "overshoot at most 20 % of the step (customary limit)",
         "T86 of the 2 and 5 % steps within the maker's figure for this size of valve",
     )
 

@@ -11,16 +11,14 @@ __all__ = ["format_duration", "format_seconds", "format_time", "time_unit"]
 
 
 def format_seconds(duration: float) -> str:
-    """Return a duration as text, never with a power of ten.
-
-    `duration`: duration [s]. Gives whole seconds from 1000 s on, otherwise four significant digits.
+    """Return a duration [s] for a sentence: as `format_duration`, with an ordinary space.
 
     Examples
     --------
     >>> format_seconds(95.25), format_seconds(0.123456), format_seconds(43200.0)
-    ('95.25 s', '0.1235 s', '43200 s')
+    ('95.2 s', '0.123 s', '12 h')
     """
-    return f"{duration:.0f} s" if duration >= 1000.0 else f"{duration:.4g} s"
+    return format_duration(duration).replace("\u00a0", " ")
 
 
 def format_duration(seconds: float) -> str:

@@ -29,10 +29,7 @@ def require_file_path(target: Path) -> None:
 def require_new_file(path: str | os.PathLike[str], *, folder: bool = True) -> Path:
     """Return the path of an output file that does not exist yet; with `folder` its folder must exist.
 
-    Raises
-    ------
-    RecordError
-        When the file exists, or nothing can be written there.
+    Raises RecordError when the file exists, or nothing can be written there.
     """
     target = Path(path).expanduser()
     if target.exists():

@@ -24,29 +24,12 @@ SIGNALS = ("pv", "op", "sp", "mv", "valve_signal", "auto")
 def to_frame(records: Any, native: str = "polars") -> Any:
     """Make a data frame of one or several records.
 
-    Parameters
-    ----------
-    records : LoopRecord or sequence of LoopRecord
-        What to put into the frame.
-    native : {"polars", "pandas", "pyarrow"}
-        Library of the frame.
-
-    Returns
-    -------
-    pandas.DataFrame, polars.DataFrame or pyarrow.Table
-        Column ``time``, then the signals that the record has: pv and sp [engineering units], op, mv and valve_signal
-        [% of span], auto (bool). Of several records a column ``tag`` is the first one. Time is the time of day when all
-        records have a start, else the time since the start [s]. A missing value is NaN (pandas) or null.
-        ``frame.attrs`` of pandas holds ``units``, and the ``tag`` of a single record.
-
-    Raises
-    ------
-    ParameterError
-        When the library is not one of these.
-    MissingExtraError
-        When the library is not installed.
-    RecordError
-        When what is given is no record.
+    `native` is the library: "pandas", "polars" or "pyarrow". The columns are ``time``, then the signals that the record
+    has: pv and sp [engineering units], op, mv and valve_signal [% of span], auto (bool); of several records a column
+    ``tag`` is the first one. Time is the time of day when all records have a start, else the time since the start [s].
+    A missing value is NaN (pandas) or null. ``frame.attrs`` of pandas holds ``units``, and the ``tag`` of a single
+    record. Raises ParameterError for another library, MissingExtraError when it is not installed, and RecordError for
+    what is no record.
 
     Examples
     --------

@@ -246,10 +246,7 @@ def source_name(path: Any) -> str:
 def list_files(source: str | os.PathLike[str], *, subfolders: bool = False) -> list[str]:
     """List the files of a path, a folder or a pattern; hidden ones are left out.
 
-    Raises
-    ------
-    RecordError
-        When the folder or the pattern has none.
+    Raises RecordError when the folder or the pattern has none.
     """
     text = os.fspath(source)
     if os.path.isdir(text):

@@ -56,10 +56,7 @@ def find_loops(source: Any, options: ReadOptions, **database: Any) -> Loops:
     Each file of several is read as it is alone; one that cannot be read is a failure of the source. `database` are
     arguments of `stiction.sources.sql.read_database`.
 
-    Raises
-    ------
-    RecordError
-        When nothing can be read.
+    Raises RecordError when nothing can be read.
     """
     from stiction.sources.frame import frame_to_table
     from stiction.sources.layouts import read_layout

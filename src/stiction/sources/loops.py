@@ -97,10 +97,7 @@ class Loops:
     def read_all(self) -> tuple[list[LoopRecord], list[SourceFailure]]:
         """Read all loops; also give the files and loops that could not be read.
 
-        Raises
-        ------
-        RecordError
-            When the only loop of the only file cannot be read.
+        Raises RecordError when the only loop of the only file cannot be read.
         """
         records, roles, failures = [], [], list(self.failures)
         is_single = len(self) == 1 and not failures
@@ -127,10 +124,7 @@ class Loops:
     def read(self) -> list[LoopRecord]:
         """Read all loops. What cannot be read, while others can, is an assumption of the others.
 
-        Raises
-        ------
-        RecordError
-            When no loop can be read.
+        Raises RecordError when no loop can be read.
         """
         records, failures = self.read_all()
         if not records:
@@ -151,10 +145,7 @@ class Loops:
     def _fits_at_once(self) -> bool:
         """Whether the columns of all loops, and then their records, fit into the memory.
 
-        Raises
-        ------
-        RecordError
-            When not even the records do.
+        Raises RecordError when not even the records do.
         """
         for loop in self.roles:
             self._fit_into_memory(loop)

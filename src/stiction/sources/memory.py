@@ -18,6 +18,8 @@ CELL_BYTES = 50
 """Memory of one cell of a loop while its record is made, of the time too [bytes]."""
 BASE_BYTES = 300_000_000
 """Memory of the program itself [bytes]."""
+COPIES = 3
+"""Times that the data of a file that is read whole are in the memory at once [-]."""
 LIMIT_VARIABLE = "STICTION_MAX_MEMORY"
 """Environment variable with the share of one worker [bytes]."""
 UNITS = {"": 1, "K": 10**3, "M": 10**6, "G": 10**9, "T": 10**12}
@@ -26,10 +28,7 @@ UNITS = {"": 1, "K": 10**3, "M": 10**6, "G": 10**9, "T": 10**12}
 def parse_memory(given: str | float) -> int:
     """Parse an amount of memory [bytes].
 
-    Raises
-    ------
-    ParameterError
-        When it is none, or less than the program itself needs.
+    Raises ParameterError when it is none, or less than the program itself needs.
 
     Examples
     --------
@@ -61,8 +60,8 @@ def rows_that_fit(limit: int, columns: int) -> int:
 
 
 def require_memory(size: int, given: int | None, where: str) -> None:
-    """Refuse a file of which `size` bytes must be in the memory at once, where they do not fit."""
-    limit = memory_limit(given)
+    """Refuse a file whose `size` bytes of data are read at once, where they do not fit into the memory."""
+    limit, size = memory_limit(given), COPIES * size
     if BASE_BYTES + size > limit:
         raise RecordError(
             f"takes {size / 1e9:.3g} GB of memory, as it is read whole; {limit / 1e9:.3g} GB are allowed",

@@ -28,10 +28,7 @@ FIXED_OFFSET = re.compile(r"([+-])(\d\d):(\d\d)")
 class ReadOptions:
     """Options of `stiction.read`; see there.
 
-    Raises
-    ------
-    ParameterError
-        When an option is outside its limits.
+    Raises ParameterError when an option is outside its limits.
     """
 
     dt: float | None = None

@@ -93,7 +93,7 @@ def test_limit_cycles_are_those_of_the_library_without_the_compensator() -> None
     assert exact is not None
     [row] = found["cycles"]
     assert (row["period_s"], row["amplitude_op"], row["stable"]) == (exact.period, exact.amplitude, True)
-    assert found["sentence"].startswith("Without the compensator: one stable limit cycle is predicted: period 142.7 s")
+    assert found["sentence"].startswith("Without the compensator: one stable limit cycle is predicted: period 2.38 min")
 
 
 def test_no_limit_cycle_is_explained() -> None:

@@ -43,7 +43,7 @@ def ask(record: LoopRecord) -> dict:
     return {row.method: row for row in detect_all(record, find_oscillation(record))}
 
 
-def test_textbook_loops_are_told_apart():
+def test_textbook_loops_are_distinguished():
     bad, good = ask(sticky()), ask(swinging())
     shape = ("he_curve_fit", "haegglund_shape", "horch_correlation", "rossi_scali", "kano_patterns")
     for method in (*shape, "yamashita", "damarla_regression"):

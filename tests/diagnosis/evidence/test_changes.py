@@ -5,6 +5,7 @@ from __future__ import annotations
 from datetime import datetime, timedelta
 
 import numpy as np
+import pytest
 
 from stiction.diagnosis.evidence.changes import find_changes
 from stiction.diagnosis.evidence.pool_diagnoses import judge_windows
@@ -40,7 +41,7 @@ def test_repair_is_found_and_the_probability_is_that_of_today():
     windows = course([4.0] * 6 + [0.0] * 3)
     pooled, [change], first = judge_windows(windows)
     assert (change.kind, change.first, change.time) == ("repair", 6, START + timedelta(days=6))
-    assert abs(change.S_before - 4.0) < 0.5
+    assert change.S_before == pytest.approx(4.0, abs=0.5)
     assert change.S_after == 0.4
     assert first == 6
     assert pooled.probability(0.25) < 0.1
@@ -50,16 +51,16 @@ def test_onset_is_found():
     windows = course([0.0] * 5 + [3.0] * 3)
     pooled, [change], _ = judge_windows(windows)
     assert (change.kind, change.first, change.S_before) == ("onset", 5, None)
-    assert abs(change.S_after - 3.0) < 0.4
+    assert change.S_after == pytest.approx(3.0, abs=0.4)
     assert pooled.probability(0.25) > 0.7
 
 
-def test_growth_is_told_with_its_ends_before_a_repair():
+def test_growth_is_reported_with_its_ends_before_a_repair():
     sizes = np.geomspace(1.5, 5.0, 9).tolist()
     growth, repair = find_changes(course(sizes + [0.0] * 3))
     assert (growth.kind, growth.first) == ("growth", 0)
-    assert abs(growth.S_before - 1.5) < 0.3
-    assert abs(growth.S_after - 5.0) < 0.7
+    assert growth.S_before == pytest.approx(1.5, abs=0.3)
+    assert growth.S_after == pytest.approx(5.0, abs=0.7)
     assert (repair.kind, repair.first, repair.S_before) == ("repair", 9, growth.S_after)
 
 

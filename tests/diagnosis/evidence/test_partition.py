@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import pairwise, product
+from itertools import groupby, pairwise, product
 
 import numpy as np
 import pytest
@@ -31,16 +31,23 @@ def log_weight(x: np.ndarray, kinds: tuple[int, ...]) -> float:
     return float(total)
 
 
+def is_long_enough(kinds: tuple[int, ...], shortest: int) -> bool:
+    """Whether each run of one kind has some places."""
+    return all(len(list(run)) >= shortest for _, run in groupby(kinds))
+
+
+@pytest.mark.parametrize("shortest", [1, 2])
 @pytest.mark.parametrize("seed", range(5))
-def test_probability_equals_the_sum_over_all_partitions(seed):
+def test_probability_equals_the_sum_over_all_partitions(seed, shortest):
     rng = np.random.default_rng(seed)
     x = np.concatenate([rng.normal(-1.0, 0.5, 4), rng.normal(1.2, 0.7, 4)])
     x[2] = np.nan if seed % 2 else x[2]
-    weights = {kinds: np.exp(log_weight(x, kinds)) for kinds in product((0, 1), repeat=8)}
+    possible = [kinds for kinds in product((0, 1), repeat=8) if is_long_enough(kinds, shortest)]
+    weights = {kinds: np.exp(log_weight(x, kinds)) for kinds in possible}
     total = sum(weights.values())
     best = max(weights, key=lambda kinds: weights[kinds])
     places = [k for k in range(1, 8) if best[k] != best[k - 1]]
-    found = find_boundaries([x], [LEVELS], hazard=HAZARD, least=0.0)
+    found = find_boundaries([x], [LEVELS], hazard=HAZARD, least=0.0, shortest=shortest)
     assert [one.first for one in found] == places
     for one in found:
         near = [k for k in (one.first - 1, one.first, one.first + 1) if 1 <= k < 8]

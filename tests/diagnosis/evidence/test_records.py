@@ -19,10 +19,10 @@ START = datetime(2026, 3, 1)
 
 @pytest.fixture(scope="module")
 def day() -> LoopRecord:
-    """A sticky valve for 12 000 s, with a load."""
+    """A sticky valve for 16 200 s, with a load."""
     loop = st.Loop(st.PID(0.2, 10.0), st.Kano(4.0, 2.0), st.FOPDT(2.0, 10.0, 8.0), dt=1.0, noise=0.05)
-    load = 0.5 * np.sin(np.arange(12_000) / 900.0)
-    record = st.simulate(loop, sp=10.0, duration=12_000.0, disturbance=load, seed=3, loop_type="flow")
+    load = 0.5 * np.sin(np.arange(16_200) / 900.0)
+    record = st.simulate(loop, sp=10.0, duration=16_200.0, disturbance=load, seed=3, loop_type="flow")
     return replace(record, mv=None, start=START, tag="FIC-1")
 
 
@@ -32,13 +32,17 @@ def found(day):
 
 
 def test_long_record_is_pooled_from_its_windows(day, found):
-    assert [(one.start_s, one.end_s) for one in found.windows] == [(0.0, 4320.0), (4320.0, 8640.0), (8640.0, 12000.0)]
-    assert [one.start for one in found.windows] == [START + timedelta(seconds=4320.0 * k) for k in range(3)]
+    assert [(one.start_s, one.end_s) for one in found.windows] == [
+        (0.0, 5400.0),
+        (5400.0, 10_800.0),
+        (10_800.0, 16_200.0),
+    ]
+    assert [one.start for one in found.windows] == [START + timedelta(seconds=5400.0 * k) for k in range(3)]
     assert found.verdict == "stiction"
     assert found.identification.S_low <= 4.0 <= found.identification.S_high
     widths = [one.S_high - one.S_low for one in found.windows]
     assert found.identification.S_high - found.identification.S_low < min(widths)
-    alone = st.diagnose(day.window(4320, 8640), methods=False)
+    alone = st.diagnose(day.window(5400, 10_800), methods=False)
     assert found.windows[1].probability == alone.probability
     assert found.windows[1].S == alone.identification.S
 
@@ -49,7 +53,7 @@ def test_contributions_add_up_to_the_pooled_probability(found):
 
 
 def test_records_and_the_record_that_they_make_give_the_same(day, found):
-    parts = [day.window(*pair) for pair in ((4320, 8640), (0, 4320), (8640, 12_000))]
+    parts = [day.window(*pair) for pair in ((5400, 10_800), (0, 5400), (10_800, 16_200))]
     pooled = st.diagnose(parts)
     assert pooled.probability == found.probability
     assert [one.to_row() for one in pooled.windows] == [one.to_row() for one in found.windows]

@@ -119,7 +119,7 @@ def test_no_flow_through_a_closed_valve_is_normal():
     assert not find_shut_in(np.full(N, 1.0), pv).any()
 
 
-def test_no_flow_at_all_is_told_from_the_set_point():
+def test_no_flow_at_all_is_inferred_from_the_set_point():
     assert find_shut_in(np.full(N, 60.0), 0.1 * NOISE, np.full(N, 150.0)).all()
     assert not find_shut_in(np.full(N, 60.0), 0.1 * NOISE).all()
 

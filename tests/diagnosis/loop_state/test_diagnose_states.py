@@ -22,7 +22,7 @@ KINDS = {
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
-def test_the_state_is_the_headline_and_nothing_is_told_of_the_valve(kind):
+def test_the_state_is_the_headline_and_no_valve_is_identified(kind):
     name, look_at = KINDS[kind]
     loop, signals = kind(2)
     found = st.diagnose(loop.record(signals))

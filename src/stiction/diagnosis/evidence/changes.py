@@ -23,6 +23,8 @@ __all__ = ["change_quantities", "find_changes"]
 
 MOST_WINDOWS = 1000
 """Windows in which changes are looked for, the last ones [-]."""
+SHORTEST = 2
+"""Windows that a change must last to be told [-]: single windows err."""
 LEAST_GROWTH_WINDOWS = 5
 """Windows from which growth of S is told [-]."""
 GROWTH_SIGNIFICANCE = 4.0
@@ -55,7 +57,8 @@ def find_changes(windows: Sequence[Window]) -> tuple[Change, ...]:
     table, model = tabulate(known), pooling_model()["changes"]
     series = change_quantities(table)
     levels = [(Level(*model[name][0]), Level(*model[name][1])) for name in series]
-    found = find_boundaries(list(series.values()), levels, hazard=model["hazard"], least=model["least"])
+    limits = {"hazard": model["hazard"], "least": model["least"], "shortest": SHORTEST}
+    found = find_boundaries(list(series.values()), levels, **limits)
     numbers = {id(one): k for k, one in enumerate(windows)}
     ends = [0, *(one.first for one in found), len(known)]
     tables = [table.part(*pair) for pair in pairwise(ends)]

@@ -37,7 +37,12 @@ class Boundary(NamedTuple):
 
 
 def find_boundaries(
-    series: Sequence[NDArray[np.float64]], levels: Sequence[tuple[Level, Level]], *, hazard: float, least: float
+    series: Sequence[NDArray[np.float64]],
+    levels: Sequence[tuple[Level, Level]],
+    *,
+    hazard: float,
+    least: float,
+    shortest: int = 1,
 ) -> list[Boundary]:
     """Find the places where a series goes from one kind of segment to the other.
 
@@ -51,6 +56,8 @@ def find_boundaries(
         Probability of a change at a place [-].
     least : float
         Probability from which a change is told [-].
+    shortest : int
+        Places of the shortest segment [-].
 
     Returns
     -------
@@ -73,12 +80,12 @@ def find_boundaries(
     (4, 1)
     """
     n = series[0].size
-    if n < 2:
+    if n < 2 * shortest:
         return []
     likelihood = _segment_likelihoods(series, levels)
     stay, move = np.log1p(-hazard), np.log(hazard)
     length = np.arange(n)[np.newaxis, :] - np.arange(n)[:, np.newaxis]
-    weight = likelihood + np.where(length >= 0, stay * np.maximum(length, 0), -np.inf)[np.newaxis]
+    weight = likelihood + np.where(length >= shortest - 1, stay * np.maximum(length, 0), -np.inf)[np.newaxis]
     # ahead[k, t]: log probability of places 0 .. t-1, the segment of kind k beginning at t; behind: of places t .. n-1.
     ahead, best = np.full((2, n), -np.inf), np.full((2, n), -np.inf)
     back = np.zeros((2, n), dtype=int)

@@ -24,7 +24,7 @@ __all__ = [
 
 PERIODS = 15.0
 """Fewest periods of the slowest oscillation in a window [-]."""
-SAMPLES = 4000
+SAMPLES = 5000
 """Samples of a window [-]."""
 FEWEST_SAMPLES = 1000
 """Samples that are enough where more take longer than a shift [-]."""
@@ -72,12 +72,12 @@ def window_target(dt: float, period: float = 0.0) -> float:
     Returns
     -------
     float
-        4000 samples, or a shift where that is shorter and holds 1000 samples; at least 15 periods [s].
+        5000 samples, or a shift where that is shorter and holds 1000 samples; at least 15 periods [s].
 
     Examples
     --------
     >>> window_target(1.0), window_target(10.0), window_target(60.0), window_target(1.0, period=600.0)
-    (4000.0, 28800.0, 60000.0, 9000.0)
+    (5000.0, 28800.0, 60000.0, 9000.0)
     """
     return max(PERIODS * period, min(SAMPLES * dt, max(SHIFT, FEWEST_SAMPLES * dt)))
 

@@ -2,7 +2,6 @@
 
 from stiction.diagnosis.identification.compare_models import ModelComparison, compare_models
 from stiction.diagnosis.identification.controller import fit_controller
-from stiction.diagnosis.identification.identify_record import identify
 from stiction.diagnosis.identification.result import ControllerFit, Identification
 
-__all__ = ["ControllerFit", "Identification", "ModelComparison", "compare_models", "fit_controller", "identify"]
+__all__ = ["ControllerFit", "Identification", "ModelComparison", "compare_models", "fit_controller"]

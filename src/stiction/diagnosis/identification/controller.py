@@ -20,7 +20,6 @@ from stiction.diagnosis.identification.controller_forms import (
     positions,
 )
 from stiction.diagnosis.identification.result import ControllerFit
-from stiction.records.quality.quantisation import count_values
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -46,13 +45,13 @@ SMOOTHER, STANDARD_ERRORS = 4.0, 4.0
 """Factor by which the interpolation error may be overestimated when smooth [-], and standard errors by which a residual
 must stand out [-]."""
 NEIGHBOURS = 3
-"""Samples on either side that tell a sample of the PV [-]: enough for three sines."""
+"""Samples on either side that predict a sample of the PV [-]: enough for three sines."""
 
 
 def fit_controller(segment: JudgedSegment) -> ControllerFit:
     """Fit OP = Kc (e + int e dt / Ti + Td de/dt) and name the form.
 
-    Without a set point a P controller is named, and its sign told, only where it explains all moves of OP: a PV that
+    Without a set point a P controller is named, and its sign given, only where it explains all moves of OP: a PV that
     follows a set point which was not recorded looks like one of the wrong sign.
 
     The moves of OP from sample to sample are compared unless their residuals alternate, as those of a rounded OP
@@ -187,7 +186,13 @@ def at_limit(op: NDArray[np.float64]) -> NDArray[np.bool_]:
     rests = (length >= max(3.0, 3.0 * usual)) & ((value == value.max()) | (value == value.min()))
     out = np.isin(op, np.unique(value[rests])) if rests.any() else np.zeros(op.size, dtype=bool)
     # An OP of a few rounded values has rests, not limits.
-    return out if count_values(op[~out], 3) == 3 else np.zeros(op.size, dtype=bool)
+    return out if _has_three_values(op[~out]) else np.zeros(op.size, dtype=bool)
+
+
+def _has_three_values(x: NDArray[np.float64]) -> bool:
+    """Whether a signal has three different values or more; much faster than sorting it."""
+    others = x[x != x[:1]]
+    return bool(np.any(others != others[:1]))
 
 
 def _rounding(law: Mapping[int, float], dt: float, op_step: float, pv_step: float) -> float:
@@ -203,7 +208,7 @@ def _rounding(law: Mapping[int, float], dt: float, op_step: float, pv_step: floa
 def _between(law: Mapping[int, float], dt: float, pv: NDArray[np.float64], pv_step: float) -> float:
     """Variance of the moves that the errors between the samples would leave, were this every second sample.
 
-    Each adds Ki dt / 2 of what its neighbours do not tell of it: of noise all, and of a random walk three quarters, of
+    Each adds Ki dt / 2 of what its neighbours do not predict: of noise all, and of a random walk three quarters, of
     what is found here between a sample and its own neighbours. By the median: where the PV bends once in a while, it
     bends between the samples as seldom.
     """
@@ -212,11 +217,11 @@ def _between(law: Mapping[int, float], dt: float, pv: NDArray[np.float64], pv_st
     beside = np.stack([(np.roll(x, lag) + np.roll(x, -lag))[middle] for lag in range(1, NEIGHBOURS + 1)])
     products = np.einsum("ik,jk->ij", beside, beside)
     weights = np.linalg.pinv(products, hermitian=True) @ np.einsum("ik,k->i", beside, x[middle])
-    told = np.einsum("i,ik->k", weights, beside)
-    untold = (float(np.median(np.abs(x[middle] - told))) / 0.6745) ** 2
-    # The neighbours' own noise and rounding is in what they tell.
-    untold = untold / (1.0 + 2.0 * energy_of(weights)) - pv_step**2 / 12.0
-    return (0.5 * dt * law.get(INTEGRAL, 0.0)) ** 2 * max(untold, 0.0)
+    predicted = np.einsum("i,ik->k", weights, beside)
+    unpredicted = (float(np.median(np.abs(x[middle] - predicted))) / 0.6745) ** 2
+    # The neighbours' own noise and rounding is in what they predict.
+    unpredicted = unpredicted / (1.0 + 2.0 * energy_of(weights)) - pv_step**2 / 12.0
+    return (0.5 * dt * law.get(INTEGRAL, 0.0)) ** 2 * max(unpredicted, 0.0)
 
 
 def _stands_out(between: float, left: NDArray[np.float64], rounding: float) -> bool:

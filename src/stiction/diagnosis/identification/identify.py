@@ -12,7 +12,7 @@ from stiction.diagnosis.identification.candidates import joined
 from stiction.diagnosis.identification.dead_zone import DeadZone
 from stiction.diagnosis.identification.intervals import interval_features, intervals, segment_estimates, trend
 from stiction.diagnosis.identification.process_fit import fit_process, in_seconds, pv_on_record
-from stiction.diagnosis.identification.regression import MAX_POSITION_LAG, build_regression, one_thread
+from stiction.diagnosis.identification.regression import MAX_POSITION_LAG, build_regression
 from stiction.diagnosis.identification.result import Identification, LikelihoodSurface, Segment
 from stiction.diagnosis.identification.search import (
     first_grid,
@@ -76,21 +76,20 @@ def search_record(
     signals = block_signals(op, pv, period, gaps=gaps)
     coarse = block_signals(op, pv, period, samples_per_period=16.0, max_blocks=1000, max_op_per_block=4, gaps=gaps)
     max_S = float(np.ptp(signals.op))
-    with one_thread():
-        fine = _regression(signals)
-        first = fine if coarse.op.size == signals.op.size else _regression(coarse, 24)
-        found, grid = search_valve(first, fine, max_S)
-        short = block_signals(op, pv, period, samples_per_period=30.0, min_blocks=1200, max_blocks=4000, gaps=gaps)
-        refined = refine_valve(fine if short.pv.size == signals.pv.size else _regression(short), found, max_S)
-        found = joined(found, fine.evaluate(refined.local_minima(6, 0.002, 0.02)))
-        sticky = fine.positions(np.array([found.best]))[0]
-        costs, both, zone = alternative_costs(fine, signals.period, sticky, signals.gaps)
-        gains = process_gains(fine, sticky)
-        surface = _surface(first, grid, max_S)
-        own = float(found.cost.min())
-        deadband = search_deadband(fine, found, max_S)
-        sticky_behind_lag, deadband_behind_lag = search_behind_lags(first, fine, found.best, max_S)
-        best = min(own, deadband, sticky_behind_lag + LAG_WORTH)
+    fine = _regression(signals)
+    first = fine if coarse.op.size == signals.op.size else _regression(coarse, 24)
+    found, grid = search_valve(first, fine, max_S)
+    short = block_signals(op, pv, period, samples_per_period=30.0, min_blocks=1200, max_blocks=4000, gaps=gaps)
+    refined = refine_valve(fine if short.pv.size == signals.pv.size else _regression(short), found, max_S)
+    found = joined(found, fine.evaluate(refined.local_minima(6, 0.002, 0.02)))
+    sticky = fine.positions(np.array([found.best]))[0]
+    costs, both, zone = alternative_costs(fine, signals.period, sticky, signals.gaps)
+    gains = process_gains(fine, sticky)
+    surface = _surface(first, grid, max_S)
+    own = float(found.cost.min())
+    deadband = search_deadband(fine, found, max_S)
+    sticky_behind_lag, deadband_behind_lag = search_behind_lags(first, fine, found.best, max_S)
+    best = min(own, deadband, sticky_behind_lag + LAG_WORTH)
     ratios = {name: cost - best for name, cost in costs.items()}
     deadband = min(deadband, deadband_behind_lag)
     ratios["deadband"] = deadband - min(own, sticky_behind_lag, deadband)

@@ -20,8 +20,6 @@ from stiction.diagnosis.identification.three_parameter import (
     rate_interval,
     three_parameter_positions,
 )
-from stiction.diagnosis.segment import judge_in_control
-from stiction.errors import ParameterError
 
 if TYPE_CHECKING:
     from stiction.diagnosis.identification.model_fit import ModelFit, PositionCosts
@@ -29,70 +27,19 @@ if TYPE_CHECKING:
     from stiction.diagnosis.identification.result import ControllerFit, Identification
     from stiction.diagnosis.identification.signals import BlockSignals
     from stiction.diagnosis.segment import JudgedSegment
-    from stiction.records.record import LoopRecord
 
-__all__ = ["MODELS", "ComparedSignals", "SegmentFit", "compared_signals", "fit_segment", "identify"]
+__all__ = ["MODELS", "ComparedSignals", "SegmentFit", "compared_signals", "fit_segment", "identify_model"]
 
 MODELS = ("kano", "stenman", "three_parameter")
 """Valve models that are identified."""
 
 
-def identify(record: LoopRecord, model: str = "kano", *, period: float | None = None) -> Identification:
-    """Identify stiction and process together.
-
-    Parameters
-    ----------
-    record : LoopRecord
-        A record with OP and PV. Where it has a valve position (MV) that follows OP, the valve is identified by the
-        position, and the process by the PV.
-    model : str
-        Valve model; "kano" fits S and J, "stenman" d, "three_parameter" sb, sj and r of eq. 5 repaired.
-    period : float, optional
-        Period of the oscillation [s]. It is found where it is not given; `inf` says that nothing oscillates.
-
-    Returns
-    -------
-    Identification
-        S and J with intervals, the model's own parameters with theirs, the process, and both simulations.
-
-    Raises
-    ------
-    RecordError
-        When the record has no PV, the loop is out of control, its data cannot be used, or its quality codes can be
-        read in several ways.
-    ParameterError
-        When `model` is unknown, or `period` is not positive or shorter than four samples.
-
-    Notes
-    -----
-    A candidate valve is simulated over OP, and an autoregression predicts the PV one sample ahead from earlier values
-    of PV, OP and valve position; the best valve leaves the smallest prediction error. It is searched from a grid, by
-    pattern searches with smaller and smaller steps. The process is fitted afterwards, by the error of its simulation
-    from the valve position. Intervals of S and J of Kano's valve are those of simulated loops with the same noise and
-    sampling, all others come from the profile likelihood. In a limit cycle that repeats exactly S, r and the dead time
-    cannot be told apart, and the intervals are long; a set point or load that moves shortens them.
-
-    References
-    ----------
-    srinivasan2005; jelali2008: search over the nonlinear block around a least-squares fit of the linear one.
-    srinivasan2008, eqs. 4 and 5; stenman2003.
-
-    Examples
-    --------
-    >>> import stiction as st
-    >>> loop = st.Loop(st.PID(0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0, noise=0.05)
-    >>> found = st.identify(st.simulate(loop, sp=10.0, duration=2000.0, seed=1))
-    >>> abs(found.S - 3.0) < 0.3
-    True
-    """
-    if model not in MODELS:
-        raise ParameterError(f"model = {model!r} cannot be identified; use {', '.join(map(repr, MODELS))}.")
-    segment = judge_in_control(record, period=period)
-    fitted = fit_segment(segment)
+def identify_model(fitted: SegmentFit, model: str) -> Identification:
+    """Identify the valve of a fitted segment by one of `MODELS`."""
     if model == "kano":
         return fitted.identification
     with one_thread():
-        compared = compared_signals(segment, fitted.position)
+        compared = compared_signals(fitted.segment, fitted.position)
         fit = fit_stenman(compared.costs) if model == "stenman" else fit_three_parameter(compared.costs)
         return _with_model(fitted, compared, fit, model)
 
@@ -118,9 +65,11 @@ class SegmentFit:
 
 def fit_segment(segment: JudgedSegment) -> SegmentFit:
     """Fit controller, Kano's valve and process to a judged segment, as `identify` and `diagnose` do."""
-    mv, controller = segment.part.mv, fit_controller(segment)
-    position = None if mv is None else fit_position(segment.op, mv)
-    return SegmentFit(segment, controller, identify_valve(segment, controller), position)
+    mv = segment.part.mv
+    with one_thread():  # more of them round sums in another way
+        controller = fit_controller(segment)
+        position = None if mv is None else fit_position(segment.op, mv)
+        return SegmentFit(segment, controller, identify_valve(segment, controller), position)
 
 
 class ComparedSignals(NamedTuple):

@@ -69,7 +69,7 @@ class CauseInput:
         """Power spectrum of PV, zeros added, its values to a line [-], and their frequencies [1/period]."""
         n, size = self.pv.size, 1 << (4 * self.pv.size - 1).bit_length()
         power = np.abs(np.fft.rfft((self.pv - self.pv.mean()) * np.hanning(n), size)) ** 2
-        return power, size / n, np.arange(power.size) * (self.per_period / size)
+        return power, size / n, np.arange(power.size, dtype=np.float64) * (self.per_period / size)
 
     @property
     def op_range(self) -> float:

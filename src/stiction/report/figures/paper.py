@@ -70,9 +70,9 @@ def lab_ramp(name: str, ramp: LabRamp) -> Figure:
     time = ramp.time / seconds
     data = [_line(time, ramp.op, "OP", style.line_style(style.OP, 1.2))]
     data += [_line(time, ramp.position[model], model, form) for model, form in _MODELS.items()]
-    told = {"follow": "stick, jump, follow", "staircase": "stairs"}[ramp.paper]
+    behaviour = {"follow": "stick, jump, follow", "staircase": "stairs"}[ramp.paper]
     agree = [model for model, seen in ramp.behaviour.items() if seen == ramp.paper]
-    caption = f"Simulated. The paper saw {told}; so do: {', '.join(agree)}."
+    caption = f"Simulated. The paper saw {behaviour}; so do: {', '.join(agree)}."
     layout = style.plot(data, f"Time [{unit}]", "OP and stem [% of span]")
     return Figure(layout, f"Fig. {name}: {ramp.rate:g} %/s", caption, 380)
 
@@ -161,8 +161,8 @@ def fig7(figure: Figure7, *, printed: bool) -> Figure:
             value = np.concatenate([np.append(curve.value, gap) for curve in mine])
             value = np.where(np.isfinite(value), value, gap)
             form = _FORMS["integer" if family == "integer" else source]
-            told = _NAMES[source] if printed else {"half": "levels ±d/2", "integer": "levels 0, ±d"}[family]
-            data.append(_line(np.real(value), np.imag(value), f"-1/N(A), {told}", form))
+            name = _NAMES[source] if printed else {"half": "levels ±d/2", "integer": "levels 0, ±d"}[family]
+            data.append(_line(np.real(value), np.imag(value), f"-1/N(A), {name}", form))
     for cycle in figure.printed if printed else figure.corrected:
         if cycle.method != "describing function":
             continue

@@ -244,9 +244,9 @@ def _cycle(cycle: LimitCycle) -> list[str]:
 
 
 def _answer(answer: Any) -> Cell:
-    told = "yes" if answer.shown else "no"
+    word = "yes" if answer.shown else "no"
     number = f" ({labels.format_number(answer.value)})" if answer.value == answer.value else ""
-    return Cell(f"{told}{number}", mark="good" if answer.shown else "alert")
+    return Cell(f"{word}{number}", mark="good" if answer.shown else "alert")
 
 
 def _number(value: float | complex | str) -> str:

@@ -136,10 +136,10 @@ def _expected(trial: CompensationTrial) -> str:
 
 
 def _remedies(trial: CompensationTrial) -> Table:
-    """Return the table of all remedies, the cheapest first, relative to doing nothing."""
+    """Return the table of all remedies, the recommended first, then by cost, relative to doing nothing."""
     now = trial[NO_ACTION].behaviour
     rows = []
-    for tried in trial.remedies:
+    for tried in sorted(trial.remedies, key=lambda one: one.name != trial.recommended):
         b, note = tried.behaviour, remedy_note(tried, trial)
         mark: StatusIcon = "good" if note == "recommended" else "alert" if note in WARNINGS else ""
         rows.append(
@@ -167,10 +167,32 @@ def _remedies(trial: CompensationTrial) -> Table:
     return Table(COLUMNS, rows, caption, sortable=True)
 
 
+def why_not_cheaper(trial: CompensationTrial) -> list[str]:
+    """Say of each remedy that costs less than the recommended one why it is not recommended."""
+    if trial.recommended is None:
+        return []
+    best = trial[trial.recommended]
+    lines = []
+    for one in trial.remedies:
+        if one.cost >= best.cost or one.name == NO_ACTION:
+            continue
+        if not one.at_hand:
+            why = "waits for the shutdown"
+        elif one.hurts:
+            why = f"raises the PV deviation to {one.worst:.2f} times the present one if S and J are wrong by 30 %"
+        elif one.improvement <= 0.0:
+            why = "does not lower the PV deviation"
+        else:
+            why = "what it does on the plant cannot be foretold well enough from one record"
+        lines.append(f"{one.name[0].upper()}{one.name[1:]} costs less but {why}.")
+    return lines
+
+
 def _warnings(trial: CompensationTrial) -> Text | None:
-    """Name the remedies that may do harm."""
+    """Name the remedies that may do harm, and say why no cheaper one is recommended."""
     names = {note: [one.name for one in trial.remedies if remedy_note(one, trial) == note] for note in WARNINGS}
     lines = [f"{note[0].upper()}{note[1:]}: {', '.join(those)}." for note, those in names.items() if those]
+    lines = why_not_cheaper(trial) + lines
     return Text(" ".join(lines)) if lines else None
 
 

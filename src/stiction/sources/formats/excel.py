@@ -56,9 +56,9 @@ def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
 
     name = source.origin.name
     require_size(source)
-    if not source.head.startswith(b"PK") or b"opendocument" in source.head[:128] or name.lower().endswith(".xlsb"):
-        require_survivable(source)
     try:
+        if not source.head.startswith(b"PK") or b"opendocument" in source.head[:128] or name.lower().endswith(".xlsb"):
+            require_survivable(source)
         book = CalamineWorkbook.from_filelike(BytesIO(source.path.read_bytes()))  # by content, not by name
         visible = [
             sheet.name

@@ -93,8 +93,6 @@ HDF5_START = b"\x89HDF\r\n\x1a\n"
 ITEM_BYTES = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8, 16: 1, 17: 2, 18: 4}
 """Bytes of an item of each type of number or text in a v5 file (MAT-File Format, table 1-1)."""
 ELEMENT_KINDS = {*ITEM_BYTES, 14, 15}
-COPIES = 3
-"""Times that the data of a file are in the memory while it is read [-]."""
 MATLAB_DAY_OF_1970 = 719_529.0
 """MATLAB day number of 1 January 1970 [d]."""
 MATLAB_DAYS = (693_962.0, 803_000.0)
@@ -157,7 +155,7 @@ def _load_hdf5(source: ByteSource, options: ReadOptions) -> dict[str, Any]:
         with h5py.File(source.path, "r") as file:
             sizes: list[int] = []
             file.visititems(lambda _, item: sizes.append(8 * (getattr(item, "size", 0) or 0)))
-            require_memory(COPIES * sum(sizes), options.max_memory, source.origin.name)
+            require_memory(sum(sizes), options.max_memory, source.origin.name)
             return read_group(file, source.origin.name, source.max_bytes)
     except RecordError:
         raise
@@ -177,7 +175,7 @@ def _require_sound(source: ByteSource, options: ReadOptions) -> None:
             kind, size = int.from_bytes(tag[:4], order), int.from_bytes(tag[4:], order)
             if kind not in (14, 15) or size > source.size - file.tell():
                 raise damaged(source.origin.name, ValueError(f"no variable at byte {file.tell() - 8}"), REMEDY)
-            require_memory(COPIES * (limit.size + size), options.max_memory, source.origin.name)
+            require_memory(limit.size + size, options.max_memory, source.origin.name)
             limit.add(size if kind == 14 else 0)
             data, inflater = file.read(size), zlib.decompressobj()
             if kind == 15:
@@ -185,7 +183,7 @@ def _require_sound(source: ByteSource, options: ReadOptions) -> None:
                     pieces = [inflater.decompress(data, 1 << 20)]
                     while inflater.unconsumed_tail:
                         limit.add(len(pieces[-1]))
-                        require_memory(COPIES * limit.size, options.max_memory, source.origin.name)
+                        require_memory(limit.size, options.max_memory, source.origin.name)
                         pieces.append(inflater.decompress(inflater.unconsumed_tail, 1 << 20))
                 except zlib.error as error:
                     raise damaged(source.origin.name, error, REMEDY) from None

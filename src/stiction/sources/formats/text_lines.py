@@ -37,10 +37,7 @@ _NEWLINE, _QUOTE, _RETURN, _SPACE = b'\n"\r '
 class RowRepair:
     """Checks the rows of a UTF-8 file, and repairs them in a copy.
 
-    Raises
-    ------
-    RecordError
-        When a line is too long, or a cell in quotes goes on over the next line.
+    Raises RecordError when a line is too long, or a cell in quotes goes on over the next line.
     """
 
     name: str

@@ -70,13 +70,18 @@ def require_size(source: ByteSource) -> None:
 
 
 def require_survivable(source: ByteSource) -> None:
-    """Open a workbook in another process first: on some damaged ones calamine ends the process for lack of memory."""
+    """Open a workbook in another process first: on some damaged ones calamine ends the process for lack of memory.
+
+    Raises ValueError where calamine panics, so that its words about that do not go to the user's terminal.
+    """
     try:
         command = [sys.executable, "-c", TRIAL, source.path, str(MAX_TRIAL_BYTES)]
         trial = subprocess.run(command, capture_output=True, check=False, timeout=TRIAL_SECONDS)
-        killed = trial.returncode < 0
+        killed, said = trial.returncode < 0, trial.stderr.decode(errors="replace").partition("PanicException: ")
     except subprocess.TimeoutExpired:
-        killed = True
+        killed, said = True, ("", "", "")
+    if said[1]:
+        raise ValueError(said[2])
     if killed:
         raise damaged(source.origin.name, MemoryError("it takes more memory than a workbook can"), REMEDY)
 

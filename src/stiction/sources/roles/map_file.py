@@ -61,11 +61,8 @@ def read_map(path: str | PathLike[str]) -> list[MapRow]:
     `importance` and `good`; comma, semicolon or tab between the cells. Lines that begin with # are comments; rows with
     the role `unused` are left out.
 
-    Raises
-    ------
-    RecordError
-        When the file cannot be read, has an unknown column or role, gives one role or one tag twice, has a loop
-        without OP, or a `low` that is not below `high`.
+    Raises RecordError when the file cannot be read, has an unknown column or role, gives one role or one tag twice,
+    has a loop without OP, or a `low` that is not below `high`.
     """
     try:
         text = Path(path).read_text(encoding="utf-8-sig")
