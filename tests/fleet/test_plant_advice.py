@@ -28,7 +28,8 @@ def test_twenty_plants_begin_with_a_source_and_change_no_other_loop(tmp_path):
         plant, audit = audit_plant(seed, folder)
         first += audit.rows[0].tag in plant.groups
         healthy = {loop.record.tag for loop in plant.loops if loop.cause not in FAULTS and loop.state == "in_control"}
-        changed = [row.tag for row in audit.rows if row.tag in healthy and row.finding in CHANGES]
+        told = [row for row in audit.rows if row.tag in healthy and row.finding in CHANGES]
+        changed = [row.tag for row in told if not row.next_step.startswith("Put ")]  # in manual, to see what moves it
         unclear = [tag for group in audit.groups if len(group["leading_roots"]) > 1 for tag in group["leading_roots"]]
         assert set(changed) <= set(unclear), (seed, changed)
     assert first >= 18

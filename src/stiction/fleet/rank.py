@@ -68,10 +68,10 @@ def rank_members(rows: Iterable[LoopRow], groups: Iterable[dict[str, Any]]) -> l
     Notes
     -----
     What a loop shows of an oscillation that comes from another loop is no fault of its own. A member that is none of
-    the leading roots, and whose valve is not called sticky, follows: its finding is `follows`, its next step is to look
-    again after the source was repaired, and its confidence is multiplied by its probability of being the source over
-    the largest one. Its severity counts for the leading roots, by their probability of being the source. Where two
-    roots lead, a test decides between them before anything is changed.
+    the leading roots, and whose valve does not stick with the highest grade, follows: its finding is `follows`, its
+    next step is to look again after the source was put right, and its confidence is multiplied by its probability of
+    being the source over the largest one. Its severity counts for the leading roots, by their probability of being the
+    source. Where two roots lead, a test decides between them before anything is changed.
 
     Examples
     --------
@@ -101,7 +101,7 @@ def _rank_group(rows: dict[str, LoopRow], group: dict[str, Any]) -> None:
     moved, followers, first = 0.0, 0, leading[0]
     for tag, share in probability.items():
         row = replace(rows[tag], group=group["number"])
-        if tag not in leading and row.verdict != "stiction":
+        if tag not in leading and not _surely_sticks(row):
             share /= probability[first]
             moved += (1.0 - share) * row.severity * row.importance
             followers += 1
@@ -117,12 +117,17 @@ def _rank_group(rows: dict[str, LoopRow], group: dict[str, Any]) -> None:
         row = rows[tag]
         more = row.confidence * moved * probability[tag] / total
         row = replace(row, followers=followers, priority=row.priority + more)
-        if len(leading) > 1 and row.verdict != "stiction":
+        if len(leading) > 1 and not _surely_sticks(row):
             [other] = [name for name in leading if name != tag][:1]
             step = _explain_test(tag, other)
             row = replace(row, finding_text=f"Oscillates with {other}; one of the two is the source", next_step=step,
                           action=step)  # fmt: skip
         rows[tag] = row
+
+
+def _surely_sticks(row: LoopRow) -> bool:
+    """Whether the valve is called sticky with the highest grade: a group may have a second sticky valve."""
+    return row.verdict == "stiction" and row.finding != "probably_sticks"
 
 
 def _explain_test(tag: str, other: str) -> str:

@@ -132,7 +132,8 @@ def _kind_of(row: LoopRow) -> WorkKind | None:
         return None
     if row.next_step.startswith("Put ") and "is the source" in row.next_step:
         return "test"
-    return KIND_OF_FINDING.get(row.finding)
+    kind = KIND_OF_FINDING.get(row.finding)
+    return "test" if kind == "retune" and row.next_step.startswith("Put ") else kind
 
 
 def _make_item(

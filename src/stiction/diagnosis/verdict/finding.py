@@ -159,6 +159,8 @@ def explain_next_step(found: Findings) -> str:
     if code == "external":
         stem = "a stem that still moves with OP held is a positioner that hunts"
         return f"{test}: PV keeps swinging if the cause is outside; {stem}." if test else ""
+    if code == "tuning" and test and found.oscillation_cause.tuning < GRADES[0][0]:
+        return f"{test}: if PV stops swinging, lower the controller gain; if it keeps swinging, the cause is outside."
     if code == "tuning":
         return "Halve the controller gain for some periods: the oscillation dies out if tuning is the cause."
     if code == "follows":
