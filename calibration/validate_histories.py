@@ -159,10 +159,11 @@ def write_readme(histories: list[History]) -> None:
     """Put the shares for one window and for six into the README."""
     one, six = score_verdicts(histories, 1), score_verdicts(histories, 6)
     line = (
-        f"One record of such a valve finds **{100.0 * one.found:.0f} %** of the sticky ones, with "
-        f"{100.0 * one.false_alarms:.0f} % false alarms; six records, as of a week, **{100.0 * six.found:.0f} %** with "
-        f"{100.0 * six.false_alarms:.0f} % (second simulator, loads that change, half of the loops as a historian "
-        "stores them; see [evidence over time](docs/understand/evidence-over-time.md))."
+        f"One record finds **{100.0 * one.found:.0f} %** of the sticky valves with {100.0 * one.false_alarms:.0f} % "
+        f"false alarms; six records, as of a week, find **{100.0 * six.found:.0f} %** with "
+        f"{100.0 * six.false_alarms:.0f} % ({len(histories)} histories of the second simulator, with loads that "
+        "change, half of them as a historian stores them; see "
+        "[evidence over time](docs/understand/evidence-over-time.md))."
     )
     text = README.read_text(encoding="utf-8")
     place = re.compile(r"(<!-- history numbers: .*? -->\n).*?(<!-- end of history numbers -->)", re.S)

@@ -169,10 +169,27 @@ def uses_text(x):
     return x + "1"
 
 
+def keeps_numbers_that_change(x):
+    pair = (x, 2.0 * x)
+    x = x + 1.0
+    return pair[0] + x
+
+
+def takes_a_record_apart_after_elif(x):
+    if x > 1.0:
+        x = 0.0
+    elif Pair(x, x).a > 0.0:
+        x = 1.0
+    return x
+
+
 @pytest.mark.parametrize(
     ("kernel", "line"),
-    [(loops_over_a_list, 1), (uses_a_dictionary, 1), (raises_to_a_power, 1), (has_two_types, 1), (uses_text, 1)],
-)
+    [
+        (loops_over_a_list, 1), (uses_a_dictionary, 1), (raises_to_a_power, 1), (has_two_types, 1), (uses_text, 1),
+        (keeps_numbers_that_change, 1), (takes_a_record_apart_after_elif, 3),
+    ],
+)  # fmt: skip
 def test_translator_names_the_line_that_it_does_not_know(kernel, line):
     first = kernel.__code__.co_firstlineno
     with pytest.raises(TranslationError, match=rf"test_export_forms\.py, line {first + line}: .*translated to C"):
