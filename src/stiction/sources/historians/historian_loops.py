@@ -28,7 +28,7 @@ __all__ = ["find_loops_of_historian", "historian_span", "make_loops", "open_hist
 
 DEFAULT_SPAN = timedelta(days=1)
 """Time that is read when none is given."""
-LOOPS_AT_ONCE = 8
+LOOPS_AT_ONCE = 4
 """Loops whose tags are fetched together [-]."""
 QUALITY = "Quality"
 

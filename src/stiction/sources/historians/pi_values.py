@@ -42,53 +42,54 @@ def parse_stamps(stamps: Sequence[str]) -> Any:
 class PiPages:
     """The values of one tag, as its pages come; each page begins at the time at which the one before ended."""
 
-    stamps: list[str] = field(default_factory=list)
-    """Time stamps as written."""
-    values: list[float | str | None] = field(default_factory=list)
-    """Numbers and texts."""
-    quality: list[str] = field(default_factory=list)
-    """Good, Questionable, Substituted or Bad."""
-    at_end: int = 0
+    last: str = ""
+    """Last time stamp as written."""
+    at_last: int = 0
     """Values at the last time stamp, which the next page begins with [-]."""
+    parts: list[TagHistory] = field(default_factory=list)
+    """The pages, as arrays: the objects of their JSON do not outlive them."""
 
     def add(self, items: Sequence[dict[str, Any]]) -> int:
-        """Add a page without the values that are known, and give the number of new ones."""
-        new = items
-        if self.at_end and items:
-            same = 0
-            while same < min(self.at_end, len(items)) and items[same]["Timestamp"] == self.stamps[-1]:
-                same += 1
-            new = items[same:]
-        for one in new:
-            value, words = parse_item(one)
-            self.values.append(value)
-            self.quality.append(words)
-        self.stamps += [one["Timestamp"] for one in new]
-        if new:
-            last, count = self.stamps[-1], 0
-            while count < len(self.stamps) and self.stamps[-1 - count] == last:
-                count += 1
-            self.at_end = count
-        return len(new)
-
-    def history(self, name: str, since: float, until: float) -> TagHistory:
-        """All values from `since` on and before `until` [s].
+        """Add a page without the values that are known, and give the number of new ones.
 
         Raises
         ------
         RecordError
             When a time stamp cannot be read.
         """
+        known = 0
+        while known < min(self.at_last, len(items)) and items[known]["Timestamp"] == self.last:
+            known += 1
+        new = items[known:]
+        if not new:
+            return 0
+        stamps = [one["Timestamp"] for one in new]
         try:
-            seconds = parse_stamps(self.stamps)
+            seconds = parse_stamps(stamps)
         except ValueError as error:
-            raise RecordError(f"{error}; check the answer of the server.", where=name) from None
-        found = make_history(seconds, self.values, self.quality)
-        inside = (found.seconds >= since - 1e-6) & (found.seconds < until - 1e-9)
-        if inside.all():
-            return found
-        rows = np.flatnonzero(inside)
-        return TagHistory(found.seconds[rows], found.values.gather(rows), found.quality.gather(rows))
+            raise RecordError(f"{error}; check the answer of the server.") from None
+        values, quality = zip(*map(parse_item, new), strict=True)
+        self.parts.append(make_history(seconds, values, quality))
+        same = 1
+        while same < len(stamps) and stamps[-1 - same] == stamps[-1]:
+            same += 1
+        self.at_last = same + (known if same == len(stamps) and stamps[-1] == self.last else 0)
+        self.last = str(stamps[-1])
+        return len(new)
+
+    def history(self, since: float, until: float) -> TagHistory:
+        """All values from `since` on and before `until` [s]."""
+        import polars as pl
+
+        if not self.parts:
+            return make_history([], [], [])
+        seconds = np.concatenate([one.seconds for one in self.parts])
+        kinds = {one.values.dtype for one in self.parts}
+        kind = kinds.pop() if len(kinds) == 1 else pl.String
+        values = pl.concat([one.values.cast(kind) for one in self.parts])
+        quality = pl.concat([one.quality for one in self.parts])
+        rows = np.flatnonzero((seconds >= since - 1e-6) & (seconds < until - 1e-9))
+        return TagHistory(seconds[rows], values.gather(rows), quality.gather(rows))
 
 
 def parse_item(item: dict[str, Any]) -> tuple[float | str | None, str]:

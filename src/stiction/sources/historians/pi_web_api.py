@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 
 __all__ = ["PiWebApi"]
 
-MAX_ITEMS = 140_000
-"""Values of a request: tags times maxCount [-]; the server refuses 150 000."""
+MAX_ITEMS = 40_000
+"""Values of a request: tags times maxCount [-]; the server refuses 150 000, and a value takes about 1 kB as JSON."""
 MAX_QUERY = 1900
 """Characters of the query of a request [-]; web servers commonly refuse 2 048."""
 POINTS_PER_PAGE = 1000
@@ -62,14 +62,8 @@ class PiWebApi:
         with PiRequests(self.address) as server:
             for chunk in _by_length(tags):
                 for tag, pages in _read_chunk(server, chunk, since, until).items():
-                    try:
-                        found[tag.name] = (
-                            pages
-                            if isinstance(pages, StictionError)
-                            else pages.history(tag.name, since.timestamp(), until.timestamp())
-                        )
-                    except RecordError as error:
-                        found[tag.name] = error
+                    is_failure = isinstance(pages, StictionError)
+                    found[tag.name] = pages if is_failure else pages.history(since.timestamp(), until.timestamp())
                 self._begin(server, chunk, found, since)
         return found
 
@@ -198,14 +192,18 @@ def _read_pages(
                 found[tag] = RecordError(f"cannot be read ({'; '.join(texts)[:200]}); check the tag.", where=tag.name)
                 continue
             page = item.get("Items") or []
-            new = pages.add(page)
+            try:
+                new = pages.add(page)
+            except RecordError as error:
+                found[tag] = RecordError(error.reason, where=tag.name)
+                continue
             if len(page) >= most:
                 if not new:
                     found[tag] = RecordError(
-                        f"has {most} values at {pages.stamps[-1]}; correct them in the archive.", where=tag.name
+                        f"has {most} values at {pages.last}; correct them in the archive.", where=tag.name
                     )
                     continue
-                waiting.setdefault(pages.stamps[-1], []).append(tag)
+                waiting.setdefault(pages.last, []).append(tag)
         for tag in asked:
             if tag not in answered and isinstance(found[tag], PiPages):
                 found[tag] = RecordError("is not in the answer of the server; check the tag.", where=tag.name)
