@@ -22,6 +22,8 @@ SAMPLE_S = 5.0
 """Sampling period of the plant [s]."""
 ONSET_S, REPAIR_S, END_S = 3600.0, 10_800.0, 18_000.0
 """Times of the plant at which the valve begins to stick, is repaired, and the plant ends [s]."""
+SET_POINT_S = 300.0
+"""Time between two set points of the loop [s]."""
 WINDOW = "4m"
 """Window of the watch, forty minutes of the plant."""
 LOOP = "UNIT9/FIC-900"
@@ -81,11 +83,12 @@ def _sticking_record(seed: int) -> LoopRecord:
 
     parts = []
     for k, (begin, end, S) in enumerate(((0.0, ONSET_S, 0.1), (ONSET_S, REPAIR_S, 5.0), (REPAIR_S, END_S, 0.1))):
-        controller, process = st.PID(0.4, 40.0), st.FOPDT(2.0, 30.0, 20.0)
+        controller, process = st.PID(0.15, 12.0), st.FOPDT(3.0, 10.0, 10.0)
         loop = st.Loop(controller, st.Kano(S, 0.4 * S), process, dt=SAMPLE_S, noise=0.2)
-        length = end - begin
+        length, rng = end - begin, np.random.default_rng(seed + k)
+        sp = 100.0 + np.repeat(rng.uniform(-6.0, 6.0, size=round(length / SET_POINT_S)), round(SET_POINT_S / SAMPLE_S))
         parts.append(
-            st.simulate(loop, sp=100.0, duration=length, seed=seed + k, pv_start=100.0, op_start=50.0, loop_type="flow")
+            st.simulate(loop, sp=sp, duration=length, seed=seed + k, pv_start=95.0, op_start=50.0, loop_type="flow")
         )
     joined = {name: np.concatenate([getattr(one, name) for one in parts]) for name in ("op", "pv", "sp")}
     return replace(parts[0], tag=LOOP, mv=None, **joined)
