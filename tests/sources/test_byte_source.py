@@ -20,7 +20,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stiction.errors import RecordError
-from stiction.scratch import RUN_VARIABLE
 from stiction.sources.byte_source import HEAD_BYTES, open_sources
 from stiction.sources.options import ReadOptions
 
@@ -48,7 +47,6 @@ def opened(data, **options):
 def scratch(tmp_path, monkeypatch):
     """The folder in which temporary files are made; it must be empty at the end."""
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    monkeypatch.setenv(RUN_VARIABLE, str(tmp_path))
     yield tmp_path
     assert list(tmp_path.iterdir()) == []
 
