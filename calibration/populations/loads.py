@@ -12,7 +12,16 @@ from stiction.simulation.closed_loop import simulate
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["SHAPES", "drifting_wave", "lagged_noise", "lagged_steps", "steps", "upstream_cycle", "wave"]
+__all__ = [
+    "SHAPES",
+    "drifting_wave",
+    "lagged_noise",
+    "lagged_steps",
+    "random_series",
+    "steps",
+    "upstream_cycle",
+    "wave",
+]
 
 SHAPES = {"sine": 0.35, "triangle": 0.15, "square": 0.1, "sawtooth": 0.15, "upstream": 0.25}
 """Shapes of an external oscillation and how often they come; upstream is the PV of another, sticky loop."""
@@ -43,6 +52,15 @@ def lagged_steps(rng: np.random.Generator, n: int, hold: float, lag: float) -> N
     keep = float(np.exp(-1.0 / max(lag, 1e-3)))
     levels = steps(rng, n, hold)
     return np.asarray(lfilter([1.0 - keep], [1.0, -keep], levels, zi=[keep * levels[0]])[0], dtype=np.float64)
+
+
+def random_series(rng: np.random.Generator, n: int, lag: float) -> NDArray[np.float64]:
+    """A load without a period, standard deviation 1: lagged noise, a wandering level, or steps behind a lag."""
+    kind = rng.random()
+    if kind < 0.5:
+        return lagged_noise(rng, n, lag)
+    series = lagged_noise(rng, n, 10.0 * lag) if kind < 0.75 else lagged_steps(rng, n, 20.0 * lag, lag)
+    return (series - series.mean()) / max(float(series.std()), 1e-9)
 
 
 def drifting_wave(rng: np.random.Generator, shape: str, n: int, period: float) -> NDArray[np.float64]:

@@ -12,7 +12,9 @@ from stiction.models import FOPDT, PID, SOPDT, Ideal, Integrating, Loop, Transfe
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["KINDS", "draw_loop", "gain_margin", "log_uniform", "scale_gain", "with_gain_margin"]
+__all__ = [
+    "KINDS", "draw_loop", "gain_at", "gain_margin", "log_uniform", "outside_period", "scale_gain", "with_gain_margin",
+]  # fmt: skip
 
 KINDS = {"flow": 0.25, "first order": 0.25, "second order": 0.2, "integrating": 0.3}
 """Kinds of process and how often they come."""
@@ -137,3 +139,16 @@ def _controller(loop: Loop, back: NDArray[np.complex128]) -> NDArray[np.complex1
 def log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
     """A number between `low` and `high`, even in its logarithm."""
     return float(np.exp(rng.uniform(np.log(low), np.log(high))))
+
+
+def outside_period(rng: np.random.Generator, loop: Loop) -> float:
+    """A period from outside [samples]: any, or one that is some times that of the loop at its limit of stability."""
+    found = gain_margin(loop) if rng.random() < 0.5 else None
+    if found is None:
+        return log_uniform(rng, 12.0, 1000.0)
+    return float(np.clip(found[1] / loop.dt * log_uniform(rng, 0.7, 15.0), 10.0, 1000.0))
+
+
+def gain_at(loop: Loop, period: float) -> float:
+    """Gain of the process at a period [samples]."""
+    return abs(complex(loop.process.at(2j * np.pi / (period * loop.dt))))

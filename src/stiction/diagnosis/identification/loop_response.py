@@ -199,7 +199,7 @@ def fit_response(
         effect, gain * sign if sign else math.nan, _criterion(own, plain, OP_LAGS),
         _margin(blocks, plain, controller, dt),
         stem[0], stem[1], stem[2] * sign if sign else math.nan,
-        _criterion(plain, beside, blocks.waves.size), wave, inlet,
+        wave_effect=_criterion(plain, beside, blocks.waves.size), wave_over_op=wave, load_size=inlet,
         evidence=_foretold_evidence(blocks, op, found.linear, dt, beside),
     )  # fmt: skip
 
