@@ -12,7 +12,7 @@ from calibration.train_causes import HIDDEN_KINDS, cause_labels
 from stiction.diagnosis.identification.loop_response import LoopResponse
 from stiction.diagnosis.identification.result import MAX_PLAY_RATIO
 from stiction.diagnosis.verdict.cause_features import CAUSE_FEATURES
-from stiction.diagnosis.verdict.causes import CAUSES, assess_causes, find_detectable_S
+from stiction.diagnosis.verdict.causes import CAUSES, assess_causes, find_detectable_S, is_stuck
 from stiction.diagnosis.verdict.decision import DEFAULT_SMALLEST_S, decide
 from stiction.diagnosis.verdict.finding import find_code, is_backlash
 
@@ -24,7 +24,7 @@ __all__ = ["ACCEPTED", "advice_section", "judge_again"]
 ACCEPTED = {
     "sticks": "valve", "probably_sticks": "valve", "backlash": "valve", "tuning": "tuning", "external": "external",
     "follows": "set_point", "set_point": "set_point", "rate_limit": "rate_limit", "dead_zone": "dead_zone",
-    "sensor": "sensor",
+    "sensor": "sensor", "valve_not_responding": "stuck",
 }  # fmt: skip
 """Finding -> the cause that it names; other findings name none."""
 ALSO_TRUE = {"rate limit": ("tuning",)}
@@ -51,16 +51,19 @@ def _judge(row: Mapping[str, Any]) -> dict[str, Any]:
     evidence = row["evidence"]
     response = LoopResponse(evidence=np.array(evidence) if evidence else None)
     S, causes = find_detectable_S(features, response), assess_causes(features)
-    verdict = decide(row["probability"], excluded=S is not None and S <= DEFAULT_SMALLEST_S)
     play = row["J"] is not None and row["S"] is not None and row["J"] <= MAX_PLAY_RATIO * row["S"]
+    identification: Any = SimpleNamespace(is_play=play, S=row["S"])
+    excluded = is_backlash(causes, identification, DEFAULT_SMALLEST_S)
+    excluded |= S is not None and S <= DEFAULT_SMALLEST_S
     found = SimpleNamespace(
-        verdict=verdict, probability=row["probability"],
-        loop_state=SimpleNamespace(state="in_control", in_control=True),
-        oscillation_cause=causes, S_detectable=S, identification=SimpleNamespace(is_play=play),
-        oscillation=SimpleNamespace(oscillating=row["oscillating"]),
+        verdict=decide(row["probability"], excluded=excluded), probability=row["probability"],
+        oscillation_cause=causes, stuck=is_stuck(features), S_detectable=S, identification=identification,
+        smallest_S=DEFAULT_SMALLEST_S,
+        segment=SimpleNamespace(
+            loop_state=SimpleNamespace(state="in_control", in_control=True),
+            oscillation=SimpleNamespace(oscillating=row["oscillating"]),
+        ),
     )  # fmt: skip
-    if is_backlash(causes, found.identification, row["probability"]):  # type: ignore[arg-type]
-        found.verdict = "no_stiction"
     given = {f"p_{name}": getattr(causes, name) for name in CAUSES}
     return {"finding": find_code(found), "verdict": found.verdict, "S_detectable": S} | given  # type: ignore[arg-type]
 
@@ -68,6 +71,8 @@ def _judge(row: Mapping[str, Any]) -> dict[str, Any]:
 def outcome(row: Mapping[str, Any]) -> str:
     """Right where a true cause is named, wrong where only false ones are or a sticky valve is good; else open."""
     true = {*(row["causes"] or "").split("+"), *ALSO_TRUE.get(row["cause"], ())} - {""}
+    if row["cause"] in HIDDEN_KINDS:
+        true.add("stuck")
     named = {ACCEPTED[row["finding"]]} if row["finding"] in ACCEPTED else set()
     if row["verdict"] == "stiction":
         named.add("valve")
@@ -131,18 +136,19 @@ def advice_section(title: str, table: pl.DataFrame) -> list[str]:
 def _power(table: pl.DataFrame) -> list[str]:
     """What `no_stiction` is worth: of valves that do not move, of sticky ones, of good ones."""
     hidden = pl.col("cause").is_in(HIDDEN_KINDS)
-    other = ("position as OP", "pulses logged", "play")
+    other = ("position as OP", "pulsed", "pulses logged")
     seen = table.filter(pl.col("sticky") & ~hidden & ~pl.col("cause").is_in(other))
-    above = seen.filter(pl.col("S_detectable").is_null() | (pl.col("true_S") >= pl.col("S_detectable")))
-    good = table.filter(~pl.col("sticky") & ~hidden & ~pl.col("cause").is_in(other))
+    shown = pl.col("S_detectable").is_not_null() & (pl.col("true_S") >= pl.col("S_detectable"))
+    above, below = seen.filter(shown), seen.filter(~shown)
+    good = table.filter(~pl.col("causes").str.contains("valve") & ~hidden & ~pl.col("cause").is_in(other))
     moved = good.filter(pl.col("oscillating") & (pl.col("amplitude_op") >= MOVED) & (pl.col("state") == "in_control"))
 
     def share(of: pl.DataFrame) -> str:
         return f"{100.0 * float((of['verdict'] == 'no_stiction').mean() or 0.0):.1f} % of {of.height}"  # type: ignore[arg-type]
 
     return [
-        f"Called `no_stiction`: {share(table.filter(hidden))} valves whose stem did not move, {share(above)} sticky "
-        f"ones with S above `S_detectable` or without one, {share(good)} good ones, {share(moved)} good ones whose OP "
-        f"swings by {MOVED:g} % or more.",
+        f"Called `no_stiction`: {share(table.filter(hidden))} valves whose stem did not move, {share(below)} sticky "
+        f"ones with S below `S_detectable` or without one, {share(above)} with S above it, {share(good)} good ones, "
+        f"{share(moved)} good ones whose OP swings by {MOVED:g} % or more.",
         "",
     ]  # fmt: skip

@@ -12,6 +12,7 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import polars as pl
 
 from calibration.loop_sets import FIRST_SIMULATOR, SETS, KnownLoop, draw_chunk, read_recorded_loops
@@ -48,7 +49,8 @@ def feature_row(loop: KnownLoop) -> dict[str, Any]:
         **{f"cause_{name}": value for name, value in found.oscillation_cause.to_dict().items()},
         **{f"x_{name}": value for name, value in found.features.items()},
         **{f"y_{name}": value for name, value in found.cause_features.items()},
-        "finding": found.finding, "S_detectable": found.S_detectable, "op_range": found.op_range,
+        "finding": found.finding, "S_detectable": found.S_detectable,
+        "op_range": float(np.ptp(found.segment.op)) if found.segment.op.size else 0.0,
         "amplitude_op": found.oscillation.amplitude_op,
         "evidence": None if found.response is None or found.response.evidence is None
         else found.response.evidence.tolist(),

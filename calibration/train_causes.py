@@ -1,8 +1,8 @@
 """Train the models of the causes and of an unseen valve on simulated loops: ``make calibrate``.
 
 One boosted model for each cause, with the signs of its features, written to
-`src/stiction/diagnosis/verdict/causes.json`. Loops in which a cause can neither be seen nor excluded, such as a load
-beside a stuck valve, do not count for it.
+`src/stiction/diagnosis/verdict/causes.json`. A cause that the record cannot show, such as a load beside a stuck
+valve, does not count as one.
 """
 
 from __future__ import annotations
@@ -27,29 +27,26 @@ __all__ = ["HIDDEN_KINDS", "cause_labels", "cause_probabilities", "fit_causes"]
 HIDDEN_KINDS = ("stuck", "unmoved", "play unmoved")
 """Kinds in which the stem does not move."""
 UNKNOWABLE = {
-    "external": ("stuck", "random load", "position as OP", "pulsed"),
+    "external": ("dead zone",),
     "tuning": ("rate limit",),
-    "unseen": ("position as OP", "pulsed", "play", "deadband"),
+    "unseen": ("position as OP", "pulsed"),
+    "stuck": ("unmoved", "play unmoved", "position as OP"),
 }
 """Cause -> kinds that do not count for it: it is there in part, or another name for what is."""
-SINGLE_CAUSES = {
-    "stiction": "valve", "deadband": "valve", "tight tuning": "tuning", "external disturbance": "external",
-    "sensor": "sensor",
-}  # fmt: skip
-"""Cause of a loop of `population` -> the one cause that is known of it."""
-SINGLE_SETS = ("population", "stored")
-"""Sets whose loops count for the cause that is known of them."""
-HIDDEN_WEIGHT = 3.0
-"""Weight of a loop whose stem does not move in the model of the unseen valve [-]."""
-UNSEEN_LIMIT = 0.25
-"""Probability of an unseen valve above which nothing is excluded [-]: of simulated loops whose stem does not move, 2 %
-are below it."""
-MIN_TURNS = 6
-"""Turns of the stem below which a sticky loop of another set does not count [-]."""
-SHOWN = 0.9
-"""Share of the sticky valves with S above `S_detectable` that must not be called good [-]."""
-LEAST_EVIDENCE = 2.7
-"""Least evidence foretold [-]: the 90 % point of chi-square with one degree of freedom."""
+MISSED_WEIGHT = 0.3
+"""Weight of a valve that sticks or has play and looks good in the model of the unseen valve [-]."""
+MISSED = 0.02
+"""Share of the valves whose stem does not move that may be called good, of loops that are not trained on [-]."""
+WRONG_COST = 3.0
+"""Cost of wrong advice over that of asking [-]."""
+LIMITS = np.arange(0.3, 0.91, 0.02).round(2)
+"""Probabilities from which a cause may be named [-]."""
+SHOWN = 0.88
+"""Share of the sticky valves with S above `S_detectable` that must not be called good, of loops not trained on [-]."""
+EVIDENCE = (1.0, 2.7, 4.0, 6.0, 10.0, 20.0)
+"""Evidence foretold of a valve of size `S_detectable`, of which the least that is enough is taken [-]."""
+FOLDS = 4
+"""Parts of the loops; each is judged by models trained on the others [-]."""
 
 
 def features_for(cause: str) -> list[Any]:
@@ -67,16 +64,18 @@ def cause_labels(table: pl.DataFrame, cause: str) -> tuple[np.ndarray, np.ndarra
     """Whether a cause is true of each loop, and the weight of the loop; 0 where that cannot be known."""
     kind = table["cause"].to_numpy()
     weights = np.where(np.isin(kind, UNKNOWABLE.get(cause, ())), 0.0, 1.0)
-    if cause != "unseen":
-        of_kind = np.array([text is not None for text in table["causes"].to_list()])
-        known = of_kind | (np.isin(kind, list(SINGLE_CAUSES)) & np.isin(table["set"].to_numpy(), SINGLE_SETS))
-        if cause in ("external", "set_point"):
-            known &= of_kind | (kind == "tight tuning") | ((kind == "external disturbance") & (cause == "external"))
-        names = [SINGLE_CAUSES.get(one, "") if text is None else text
-                 for one, text in zip(kind, table["causes"].to_list(), strict=True)]  # fmt: skip
-        return np.array([cause in name.split("+") for name in names]), np.where(known, weights, 0.0)
-    hidden = np.isin(kind, HIDDEN_KINDS)
-    return table["sticky"].to_numpy() | hidden, np.where(hidden, HIDDEN_WEIGHT, weights)
+    if cause == "stuck":
+        return kind == "stuck", weights
+    if cause == "unseen":
+        hidden, sticks = np.isin(kind, HIDDEN_KINDS), table["causes"].str.contains("valve").to_numpy()
+        missed = sticks & _called_good(table)
+        return hidden | missed, np.where(missed, MISSED_WEIGHT, weights)
+    return np.array([cause in text.split("+") for text in table["causes"]]), weights
+
+
+def _called_good(table: pl.DataFrame) -> np.ndarray:
+    """Whether the probability alone would call the valve of each loop good."""
+    return np.array([decide(p) == "no_stiction" for p in table["probability"]])
 
 
 def fit_one(table: pl.DataFrame, cause: str) -> dict[str, Any]:
@@ -117,31 +116,52 @@ def fit_causes(table: pl.DataFrame) -> dict[str, Any]:
         The stored form that `stiction.diagnosis.verdict.causes` reads.
     """
     table = table.filter(pl.col("state") == "in_control")
-    if "stem_turns" in table.columns:
-        hardly = pl.col("sticky") & (pl.col("stem_turns") < MIN_TURNS) & pl.col("causes").is_null()
-        table = table.filter(~hardly)
-    models = {cause: fit_one(table, cause) for cause in (*CAUSES, "unseen")}
-    unseen = cause_probabilities(models["unseen"], table, "unseen")
+    models = {cause: fit_one(table, cause) for cause in (*CAUSES, "unseen", "stuck")}
+    apart = _predict_apart(table)
+    limit = _unseen_limit(table, apart["unseen"])
     return {
-        "unseen_limit": UNSEEN_LIMIT, "min_evidence": _min_evidence(table, unseen), "models": models,
+        "named": _least_named(table, apart), "unseen_limit": limit,
+        "min_evidence": _min_evidence(table.filter(pl.Series(apart["unseen"] <= limit))), "models": models,
         "provenance": {"loops": table.height, "kinds": table["cause"].n_unique()},
     }  # fmt: skip
 
 
-def _min_evidence(table: pl.DataFrame, unseen: np.ndarray) -> float:
-    """Least evidence foretold at the true S from which enough sticky valves are not called good."""
-    known = ~np.isin(table["cause"].to_numpy(), UNKNOWABLE["unseen"])
-    sticky = table["sticky"].to_numpy() & np.isfinite(table["true_S"].to_numpy()) & known
-    called = np.array([decide(p) == "no_stiction" for p in table["probability"]]) & (unseen <= UNSEEN_LIMIT)
-    evidence = np.array([
-        np.interp(np.log(max(S, 0.1)), np.log(S_GRID), row) if row is not None and len(row) else 0.0
-        for S, row in zip(table["true_S"], table["evidence"], strict=True)
-    ])  # fmt: skip
-    order = np.argsort(evidence[sticky])
-    missed, at = called[sticky][order], evidence[sticky][order]
-    above = np.cumsum(missed[::-1])[::-1] / np.arange(missed.size, 0, -1)
-    enough = np.flatnonzero(above <= 1.0 - SHOWN)
-    return round(max(float(at[enough[0]]) if enough.size else float(at[-1]), LEAST_EVIDENCE), 1)
+def _predict_apart(table: pl.DataFrame) -> dict[str, np.ndarray]:
+    """Probabilities of each model for loops that it was not trained on."""
+    fold = np.arange(table.height) // table["cause"].n_unique() % FOLDS
+    found = {cause: np.empty(table.height) for cause in (*CAUSES, "unseen", "stuck")}
+    for k in range(FOLDS):
+        train, apart = (table.filter(pl.Series(part)) for part in (fold != k, fold == k))
+        for cause, probability in found.items():
+            probability[fold == k] = cause_probabilities(fit_one(train, cause), apart, cause)
+    return found
+
+
+def _least_named(table: pl.DataFrame, apart: dict[str, np.ndarray]) -> float:
+    """Least probability from which naming the main cause costs less than asking."""
+    known = apart | {"external": apart["external"] * (1.0 - apart["unseen"])}
+    rows = np.array([known[cause] for cause in CAUSES])
+    main, top = rows.argmax(axis=0), rows.max(axis=0)
+    true = np.array([CAUSES[i] in text.split("+") for i, text in zip(main, table["causes"], strict=True)])
+    cost = [float(np.where(top >= limit, np.where(true, 0.0, WRONG_COST), 1.0).mean()) for limit in LIMITS]
+    return float(LIMITS[int(np.argmin(cost))])
+
+
+def _unseen_limit(table: pl.DataFrame, unseen: np.ndarray) -> float:
+    """Probability of an unseen valve up to which `MISSED` of the valves whose stem does not move are called good."""
+    hidden = np.isin(table["cause"].to_numpy(), HIDDEN_KINDS)
+    called = np.where(_called_good(table), unseen, 1.0)[hidden]
+    return round(float(np.sort(called)[int(MISSED * hidden.sum())]), 3)
+
+
+def _min_evidence(table: pl.DataFrame) -> float:
+    """Least evidence foretold of its S from which a sticky valve is seldom called good, of loops that may be."""
+    sticky = table.filter(~pl.col("cause").is_in(UNKNOWABLE["unseen"]))
+    sticky = sticky.filter(pl.col("sticky") & pl.col("true_S").is_finite() & pl.col("evidence").is_not_null())
+    foretold = np.array([np.interp(np.log(S), np.log(S_GRID), row) for S, row in sticky["true_S", "evidence"].rows()])
+    called = _called_good(sticky)
+    shares = [float(called[foretold >= level].mean()) for level in EVIDENCE]
+    return next((level for level, share in zip(EVIDENCE, shares, strict=True) if share <= 1.0 - SHOWN), EVIDENCE[-1])
 
 
 def main() -> None:

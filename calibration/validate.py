@@ -27,7 +27,8 @@ HEAD = """# Validation
 
 This page is written by `make validate` (`calibration/validate.py`). It says how far the verdict can be trusted: on
 simulated loops drawn with a fresh seed, on a second simulator that was written from the literature and never used for
-training, and on recorded loops of plants.
+training, and on recorded loops of plants. The tables of the verdict count calls by the probability alone; a diagnosis
+says `no_stiction` only where the record excludes stiction of 1 % of span too, and leaves more good valves undecided.
 """
 CHOICES = """## Choices made by looking at recorded loops
 

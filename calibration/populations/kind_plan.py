@@ -23,8 +23,10 @@ MAX_AT_LIMIT = 0.02
 """Largest share of the samples with OP at a limit where that is not the fault [-]."""
 TRANSMITTER = (0.01, 0.3)
 """Standard deviation of the measurement noise over the PV's swing, or where nothing else moves the loop, OP's [-]."""
-OPERATED, OPERATED_SIZE = 0.35, (0.05, 0.7)
+OPERATED, OPERATED_SIZE = 0.35, (0.05, 1.2)
 """Share of the loops whose set point an operator changes now and then, and size over the PV's swing [-]."""
+GOOD_PLAY = 0.02, 0.3
+"""Play of a good valve [% of span]; half of the good ones have none."""
 GOOD_OUTPUT = Faults()
 """Nothing wrong between controller and process."""
 
@@ -84,6 +86,8 @@ def operator_steps(rng: np.random.Generator, n: int, swing: float) -> NDArray[np
 
 def record_plan(rng: np.random.Generator, plan: Plan, tag: str) -> KindCase | None:
     """Run a plan with noise; None where it does not move, or runs into a limit that is not its fault."""
+    if plan.faults.S == 0.0 and not plan.faults.pulse and rng.random() < 0.5:
+        plan = replace(plan, faults=plan.faults._replace(S=log_uniform(rng, *GOOD_PLAY)))
     pv, op, _ = plan.run()
     if "set_point" not in plan.causes and rng.random() < OPERATED:
         plan = replace(plan, sp=operator_steps(rng, plan.n, robust_range(pv)))

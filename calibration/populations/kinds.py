@@ -16,7 +16,7 @@ from calibration.populations.causes import SCENARIOS, sample_any_loop
 from calibration.populations.draw import record_scenario
 from calibration.populations.faulty_loop import Faults
 from calibration.populations.kind_plan import KindCase, Plan, record_plan
-from calibration.populations.loads import lagged_noise, steps, wave
+from calibration.populations.loads import drifting_wave, lagged_noise, lagged_steps, steps, wave
 from calibration.populations.processes import gain_margin, log_uniform, scale_gain
 from calibration.populations.split_range import draw_split_range
 from calibration.populations.valves import sticky_valve
@@ -81,15 +81,28 @@ def _length(rng: np.random.Generator, period: float) -> int:
     return int(np.clip(period * log_uniform(rng, *CYCLES), *SAMPLES))
 
 
-def _outside_period(rng: np.random.Generator) -> float:
-    return log_uniform(rng, 12.0, 1000.0)
+def _outside_period(rng: np.random.Generator, loop: Loop) -> float:
+    """A period from outside [samples]: any, or one that is some times that of the loop at its limit of stability."""
+    found = gain_margin(loop) if rng.random() < 0.5 else None
+    if found is None:
+        return log_uniform(rng, 12.0, 1000.0)
+    return float(np.clip(found[1] / loop.dt * log_uniform(rng, 0.7, 15.0), 10.0, 1000.0))
+
+
+def _random_series(rng: np.random.Generator, n: int, lag: float) -> NDArray[np.float64]:
+    """A load without a period, standard deviation 1: lagged noise, a wandering level, or steps behind a lag."""
+    kind = rng.random()
+    if kind < 0.5:
+        return lagged_noise(rng, n, lag)
+    series = lagged_noise(rng, n, 10.0 * lag) if kind < 0.75 else lagged_steps(rng, n, 20.0 * lag, lag)
+    return (series - series.mean()) / max(float(series.std()), 1e-9)
 
 
 def _background(rng: np.random.Generator, n: int, size: float) -> NDArray[np.float64] | float:
     """A random load beside the main cause, in one of two."""
     if rng.random() < 0.5:
         return 0.0
-    return size * float(rng.random()) * lagged_noise(rng, n, log_uniform(rng, 2.0, 100.0))
+    return size * float(rng.random()) * _random_series(rng, n, log_uniform(rng, 2.0, 100.0))
 
 
 def _gain_at(loop: Loop, period: float) -> float:
@@ -98,24 +111,26 @@ def _gain_at(loop: Loop, period: float) -> float:
 
 
 def _sine(rng: np.random.Generator, n: int, period: float) -> NDArray[np.float64]:
-    shape = str(rng.choice(["sine", "triangle", "sawtooth", "upstream"], p=[0.6, 0.1, 0.1, 0.2]))
-    return wave(rng, shape, n, period, jitter=float(rng.choice([0.0, rng.uniform(0.0, 0.03)])))
+    shape = str(rng.choice(["sine", "triangle", "sawtooth", "square", "upstream"], p=[0.5, 0.1, 0.1, 0.1, 0.2]))
+    return drifting_wave(rng, shape, n, period)
 
 
 def _outside_sine(rng: np.random.Generator) -> Plan:
-    loop, period = sample_any_loop(rng), _outside_period(rng)
+    loop = sample_any_loop(rng)
+    period = _outside_period(rng, loop)
     n, size = _length(rng, period), log_uniform(rng, 0.5, 8.0)
     return Plan(loop, ("external",), n, load=size * _sine(rng, n, period) + _background(rng, n, 0.2 * size))
 
 
 def _outside_switching(rng: np.random.Generator) -> Plan:
-    loop, hold = sample_any_loop(rng), log_uniform(rng, 15.0, 250.0)
+    loop = sample_any_loop(rng)
+    hold = 0.5 * _outside_period(rng, loop)
     n, size = _length(rng, 2.0 * hold), log_uniform(rng, 0.5, 6.0)
     kind = rng.random()
     if kind < 0.4:
         series = wave(rng, "square", n, 2.0 * hold, jitter=float(rng.uniform(0.0, 0.03)))
     elif kind < 0.55:
-        series = np.cumsum(rng.random(n) < 1.0 / hold) % 3 - 1.0
+        series = np.asarray(np.cumsum(rng.random(n) < 1.0 / hold) % 3 - 1.0, dtype=np.float64)
     elif kind < 0.7:
         series = np.where(np.cumsum(rng.random(n) < 1.0 / hold) % 2, 1.0, -1.0)
     else:
@@ -212,7 +227,8 @@ def _outside(rng: np.random.Generator, n: int, period: float) -> NDArray[np.floa
 
 
 def _stuck(rng: np.random.Generator) -> Plan | None:
-    loop, period = sample_any_loop(rng), _outside_period(rng)
+    loop = sample_any_loop(rng)
+    period = _outside_period(rng, loop)
     n = _length(rng, period)
     series = _outside(rng, n, period)
     unit = _gain_at(loop, period)
@@ -279,7 +295,8 @@ def _turns_often(plan: Plan, least: int = 6) -> bool:
 
 
 def _sticky_and_load(rng: np.random.Generator) -> Plan | None:
-    (loop, faults), period = _sticky_loop(rng), _outside_period(rng)
+    loop, faults = _sticky_loop(rng)
+    period = _outside_period(rng, loop)
     n = _length(rng, period)
     series = _outside_wave(rng, n, period)
     plan = Plan(loop, ("valve", "external"), n, faults, load=faults.S * log_uniform(rng, 0.4, 2.5) * series)
@@ -308,7 +325,7 @@ def _tight_and(rng: np.random.Generator) -> Plan | None:
         return None
     other = rng.random()
     if other < 0.4:
-        period = _outside_period(rng)
+        period = _outside_period(rng, plan.loop)
         load = robust_range(plan.run()[1]) * log_uniform(rng, 0.2, 1.0) * _sine(rng, plan.n, period)
         return replace(plan, causes=("tuning", "external"), load=plan.load + load)
     if other < 0.6:
@@ -320,9 +337,20 @@ def _tight_and(rng: np.random.Generator) -> Plan | None:
 
 
 def _set_point_and_load(rng: np.random.Generator) -> Plan:
-    plan, period = _set_point(rng), _outside_period(rng)
+    plan = _set_point(rng)
+    period = _outside_period(rng, plan.loop)
     load = robust_range(plan.run()[1]) * log_uniform(rng, 0.3, 1.0) * _sine(rng, plan.n, period)
     return replace(plan, causes=("set_point", "external"), load=plan.load + load)
+
+
+def _random_load(rng: np.random.Generator) -> Plan | KindCase | None:
+    """A loop that a load without a period moves."""
+    if rng.random() < 0.5:
+        return _scenario("none", ())(rng)
+    loop = sample_any_loop(rng)
+    n, found = int(log_uniform(rng, *SAMPLES)), gain_margin(loop)
+    lag = log_uniform(rng, 2.0, 100.0) if found is None else found[1] / loop.dt * log_uniform(rng, 0.3, 5.0)
+    return Plan(loop, (), n, load=log_uniform(rng, 0.3, 4.0) * _random_series(rng, n, max(lag, 1.0)))
 
 
 def _pulsed(rng: np.random.Generator, logged: str) -> Plan | None:
@@ -340,8 +368,8 @@ def _hunting(rng: np.random.Generator) -> Plan:
     """A positioner that makes the stem swing by itself: as a load at the process inlet."""
     loop, period = sample_any_loop(rng), log_uniform(rng, 6.0, 80.0)
     n = _length(rng, period)
-    series = wave(rng, str(rng.choice(["sine", "triangle", "sawtooth"])), n, period, jitter=0.01)
-    return Plan(loop, ("external",), n, load=log_uniform(rng, 0.3, 4.0) * series + _background(rng, n, 0.3))
+    load = log_uniform(rng, 0.3, 4.0) * _sine(rng, n, period)
+    return Plan(loop, ("external",), n, load=load + _background(rng, n, 0.3))
 
 
 def _position_as_op(rng: np.random.Generator) -> Plan | None:
@@ -389,7 +417,7 @@ KINDS: dict[str, Callable[[np.random.Generator], Plan | KindCase | None]] = {
     "slow slips": _slow_slips,
     "play": _scenario("deadband", ("valve",)),
     "sensor": _scenario("sensor", ("sensor",)),
-    "random load": _scenario("none", ()),
-    "dead zone": lambda rng: KindCase(draw_split_range(rng, "").record, "", ("dead_zone",)),
+    "random load": _random_load,
+    "dead zone": lambda rng: KindCase(draw_split_range(rng, "").record, "", ("dead_zone", "external")),
 }
 """Kind -> how it is drawn."""

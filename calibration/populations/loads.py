@@ -12,7 +12,7 @@ from stiction.simulation.closed_loop import simulate
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["SHAPES", "lagged_noise", "steps", "upstream_cycle", "wave"]
+__all__ = ["SHAPES", "drifting_wave", "lagged_noise", "lagged_steps", "steps", "upstream_cycle", "wave"]
 
 SHAPES = {"sine": 0.35, "triangle": 0.15, "square": 0.1, "sawtooth": 0.15, "upstream": 0.25}
 """Shapes of an external oscillation and how often they come; upstream is the PV of another, sticky loop."""
@@ -34,6 +34,25 @@ def steps(rng: np.random.Generator, n: int, hold: float) -> NDArray[np.float64]:
     """Levels between -1 and 1, each held for `hold` samples on average, shape (n,)."""
     changes = np.cumsum(rng.random(n) < 1.0 / hold)
     return rng.uniform(-1.0, 1.0, int(changes[-1]) + 1)[changes]
+
+
+def lagged_steps(rng: np.random.Generator, n: int, hold: float, lag: float) -> NDArray[np.float64]:
+    """Steps of `steps` behind a first-order lag of `lag` samples, shape (n,)."""
+    from scipy.signal import lfilter
+
+    keep = float(np.exp(-1.0 / max(lag, 1e-3)))
+    levels = steps(rng, n, hold)
+    return np.asarray(lfilter([1.0 - keep], [1.0, -keep], levels, zi=[keep * levels[0]])[0], dtype=np.float64)
+
+
+def drifting_wave(rng: np.random.Generator, shape: str, n: int, period: float) -> NDArray[np.float64]:
+    """An oscillation as of `wave` whose period is steady, jitters from turn to turn, or drifts slowly, shape (n,)."""
+    kind = rng.random()
+    if kind < 0.6:
+        return wave(rng, shape, n, period, jitter=0.0 if kind < 0.3 else float(rng.uniform(0.0, 0.03)))
+    speed = np.exp(float(rng.uniform(0.02, 0.15)) * lagged_noise(rng, n, 5.0 * period))
+    at = np.cumsum(speed)
+    return np.interp(at, np.arange(int(at[-1]) + 2), wave(rng, shape, int(at[-1]) + 2, period))
 
 
 def wave(rng: np.random.Generator, shape: str, n: int, period: float, jitter: float = 0.0) -> NDArray[np.float64]:

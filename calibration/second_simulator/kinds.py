@@ -312,7 +312,7 @@ def _dead_zone(rng: np.random.Generator) -> Draft | None:
     if one is None:
         return None
     half = _log_uniform(rng, 0.5, 6.0)
-    one.output, one.causes = Output(zone=half), ("dead_zone",)
+    one.output, one.causes = Output(zone=half), ("dead_zone", "external")  # the load is a wave
     one.n = int(_log_uniform(rng, *SAMPLES))
     crossings = _log_uniform(rng, 6.0, 60.0)
     size = half * float(rng.uniform(1.2, 4.0))

@@ -29,7 +29,8 @@ def stumbles(request, monkeypatch):
         return 1 / 0 if name.startswith("odd") else assign(columns, options, rows, name)
 
     def judging(record, **settings):
-        return 1 / 0 if record.tag == "ODD-1" else diagnose(record, **settings)
+        first = record[0] if isinstance(record, list) else record
+        return 1 / 0 if first.tag == "ODD-1" else diagnose(record, **settings)
 
     if request.param == "reading":
         monkeypatch.setattr(find_loops, "assign_roles", reading)

@@ -48,6 +48,9 @@ class WorkOptions:
         Share of sticky valves in the plant, between 0 and 1; 0.25 when not given.
     costs
         Cost of a false alarm, of a missed sticky valve, and of an open question; 1 1 0.3 when not given.
+    smallest_S
+        Smallest S that matters, in % of span: no valve is called good whose stiction of this size would not have shown;
+        1 when not given.
     """
 
     workers: int | None = None
@@ -61,6 +64,7 @@ class WorkOptions:
     time_limit: float = 60.0
     prior: float = 0.25
     costs: tuple[float, float, float] = (1.0, 1.0, 0.3)
+    smallest_S: Annotated[float, Parameter(name="--smallest-S")] = 1.0
 
 
 def audit(

@@ -16,7 +16,7 @@ from stiction.diagnosis.identification.loop_response import fit_response
 from stiction.diagnosis.identification.regression import one_thread
 from stiction.diagnosis.segment import judge_segment
 from stiction.diagnosis.verdict.cause_features import CauseInput, compute_cause_features
-from stiction.diagnosis.verdict.causes import assess_causes, find_detectable_S
+from stiction.diagnosis.verdict.causes import assess_causes, find_detectable_S, is_stuck
 from stiction.diagnosis.verdict.decision import DEFAULT_PRIOR, DEFAULT_SMALLEST_S, Costs, decide
 from stiction.diagnosis.verdict.diagnosis import Diagnosis
 from stiction.diagnosis.verdict.features import FeatureInput, compute_features
@@ -147,18 +147,22 @@ def _diagnose(segment: JudgedSegment, prior: float, costs: Costs, smallest_S: fl
     cause_features = compute_cause_features(
         CauseInput(
             segment.op, segment.pv, sp if sp is not None and np.isfinite(sp).all() else None, segment.dt,
-            segment.signals.op_step, segment.pv_step_share, segment.pv_spike_share, segment.oscillation,
+            segment.signals.op_step, segment.pv_step_share, segment.oscillation,
             controller=fitted.controller, identification=fitted.by_pv, response=response,
             log_odds=log_odds(model.sum_up(contributions, DEFAULT_PRIOR)),
         )
     )  # fmt: skip
     S_detectable, causes = find_detectable_S(cause_features, response), assess_causes(cause_features, prior)
-    verdict = decide(probability, costs, excluded=S_detectable is not None and S_detectable <= smallest_S)
+    excluded = S_detectable is not None and S_detectable <= smallest_S
+    excluded |= is_backlash(
+        causes, fitted.identification, smallest_S
+    )  # play is what the record shows in place of stiction
     return Diagnosis(
         segment=segment,
-        verdict="no_stiction" if is_backlash(causes, fitted.identification, probability) else verdict,
+        verdict=decide(probability, costs, excluded=excluded),
         probability=probability,
         oscillation_cause=causes,
+        stuck=is_stuck(cause_features),
         S_detectable=S_detectable,
         smallest_S=smallest_S,
         cause_features=cause_features,

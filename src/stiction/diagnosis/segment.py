@@ -12,7 +12,6 @@ from stiction.diagnosis.oscillation import find_oscillation
 from stiction.errors import ParameterError, RecordError
 from stiction.records.assess import Quality, assess_quality
 from stiction.records.conditioned import Conditioned, condition
-from stiction.records.quality.movement import spike_share
 from stiction.records.record import missing_pv_hint, require_record
 
 if TYPE_CHECKING:
@@ -77,11 +76,6 @@ class JudgedSegment:
     def pv_step_share(self) -> float:
         """Quantisation step of PV over its 98 % range [-]."""
         return self.signals.pv_step / self.signals.pv_swing if self.signals.pv_swing > 0.0 else 0.0
-
-    @property
-    def pv_spike_share(self) -> float:
-        """Share of the samples in which PV jumps away from both neighbours [-]."""
-        return spike_share(self.pv)
 
     @property
     def is_averaged(self) -> bool:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = ["RUN_OPTIONS", "AuditOptions"]
 
-RUN_OPTIONS = ("prior", "costs", "time_limit")
+RUN_OPTIONS = ("prior", "costs", "smallest_S", "time_limit")
 """Options that a run keeps in the ledger."""
 
 
@@ -65,6 +65,8 @@ class AuditOptions:
     """Share of sticky valves in the plant [-]."""
     costs: tuple[float, float, float] = (1.0, 1.0, 0.3)
     """Costs of a false alarm, a missed sticky valve, and an open question [-]."""
+    smallest_S: float = 1.0
+    """Smallest S that matters [% of span]."""
     time_limit: float = 60.0
     """Longest processor time for one loop [s]; a loop that takes ten times that by the clock is ended too."""
     retry: bool = False
@@ -94,12 +96,13 @@ class AuditOptions:
             object.__setattr__(self, name, value)
         Costs(*self.costs)
         require_positive("time_limit", self.time_limit, "s")
+        require_positive("smallest_S", self.smallest_S, "% of span")
         require_probability("prior", self.prior)
 
     @property
     def of_results(self) -> dict[str, Any]:
         """The options that results depend on."""
-        return {"reading": self.reading, "prior": self.prior, "costs": self.costs}
+        return {"reading": self.reading, "prior": self.prior, "costs": self.costs, "smallest_S": self.smallest_S}
 
     def reading_between(self, since: datetime | None, until: datetime | None) -> dict[str, Any]:
         """Options for reading; a database whose time column is named is asked for the audited time alone."""

@@ -151,7 +151,7 @@ class Audit:
         return cut_time(read_loop(self.source_of(tag)), since or None, until or None)
 
     def diagnose(self, record: LoopRecord) -> Diagnosis:
-        """Diagnose the record of one loop, as `read` gives it, with the prior and the costs of the newest run.
+        """Diagnose the record of one loop, as `read` gives it, with prior, costs and smallest S of the newest run.
 
         Of a loop that follows another, the page says so: `Diagnosis.settings` has `follows` and `next_step`.
 
@@ -163,7 +163,8 @@ class Audit:
         from stiction.diagnosis import diagnose
         from stiction.diagnosis.verdict.decision import Costs
 
-        found = diagnose(record, prior=self.run["prior"], costs=Costs(*self.run["costs"]))
+        run = self.run
+        found = diagnose(record, prior=run["prior"], costs=Costs(*run["costs"]), smallest_S=run["smallest_S"])
         row = next((row for row in self.rows if row.tag == record.tag), None)
         if row is None or row.follows is None:
             return found

@@ -38,6 +38,8 @@ class WorkSettings:
     """Share of sticky valves in the plant [-]."""
     costs: tuple[float, float, float] = (1.0, 1.0, 0.3)
     """Costs of a false alarm, a missed sticky valve, and an open question."""
+    smallest_S: float = 1.0
+    """Smallest S that matters [% of span]."""
     time_limit: float = 60.0
     """Longest processor time for one loop [s]."""
 
@@ -94,9 +96,8 @@ def diagnose_loop(
         begins = [one.begin for one in windows] + [datetime.fromisoformat(text) for text in known.others]
         since = min([since, *begins], key=lambda moment: moment.replace(tzinfo=None))
     record = cut_time(record, since, settings.until)
-    found, new = diagnose_new(
-        record, windows, known.length if known else None, prior=settings.prior, costs=Costs(*settings.costs)
-    )
+    judgement = {"prior": settings.prior, "costs": Costs(*settings.costs), "smallest_S": settings.smallest_S}
+    found, new = diagnose_new(record, windows, known.length if known else None, **judgement)
     row = screened.with_diagnosis(found)
     if known:
         judged = {one.begin.isoformat() for one in (*windows, *new)}

@@ -19,13 +19,19 @@ UNKNOWN = {feature.name: math.nan for feature in CAUSE_FEATURES}
 
 
 def main(causes):
-    return {name for name in CAUSES if getattr(causes, name) >= 0.5}
+    return set(causes.named)
 
 
-def test_causes_are_named_from_a_half_on_the_most_probable_first():
-    causes = OscillationCause(valve=0.6, tuning=0.49, external=0.9)
-    assert (causes.named, causes.main) == (("external", "valve"), "external")
+def test_probable_causes_are_named_a_load_from_outside_last():
+    causes = OscillationCause(valve=0.9, tuning=cause_models().named - 0.01, external=0.95, sensor=0.92)
+    assert (causes.named, causes.main) == (("sensor", "valve", "external"), "sensor")
+    assert OscillationCause(external=0.95, seen=0.5).named == ()
     assert (OscillationCause().named, OscillationCause().main) == ((), "none")
+
+
+def test_probability_of_any_cause():
+    assert OscillationCause(valve=0.5, tuning=0.2, external=0.1).any == pytest.approx(1.0 - 0.5 * 0.8 * 0.9)
+    assert OscillationCause().any == 0.0
 
 
 def test_json():
@@ -104,6 +110,18 @@ def test_simulated_loop_that_is_unstable_between_its_limits():
     assert found.finding == "tuning"
 
 
+def test_simulated_loop_near_the_limit_of_stability():
+    causes = st.diagnose(simulate(st.Ideal(), Kc=0.8 * math.pi / 2.0)).oscillation_cause
+    assert causes.tuning > 0.5
+    assert causes.tuning > causes.external
+
+
+def test_a_load_that_switches_is_not_tuning():
+    causes = st.diagnose(simulate(st.Ideal(), load=3.0 * np.sign(WAVE))).oscillation_cause
+    assert causes.external > causes.tuning
+    assert causes.tuning < 0.1
+
+
 def test_simulated_load_from_outside():
     causes = st.diagnose(simulate(st.Ideal(), load=3.0 * WAVE, random=0.0)).oscillation_cause
     assert main(causes) == {"external"}
@@ -120,6 +138,13 @@ def test_simulated_set_point_that_moves():
 def test_simulated_sticky_valve():
     found = st.diagnose(simulate(st.Kano(5.0, 2.0), random=0.1))
     assert found.oscillation_cause.main == "valve"
+
+
+def test_simulated_sticky_valve_beside_a_load():
+    found = st.diagnose(simulate(st.Kano(5.0, 2.5), load=1.5 * WAVE))
+    assert found.verdict == "stiction"
+    assert main(found.oscillation_cause) >= {"valve"}
+    assert found.oscillation_cause.external > 0.3
 
 
 def test_simulated_coarse_transmitter():

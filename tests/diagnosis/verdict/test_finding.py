@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
+from stiction.apps import cli
 from stiction.diagnosis.verdict.finding import FINDINGS, grade
+from stiction.records.conditioned import condition
 from stiction.report.labels import FINDINGS as FINDING_LINES
 from stiction.report.labels import headline
 
 from .results import make_diagnosis, make_identification, make_segment
 
-PLAY = make_identification(J=0.1)
+PLAY, SMALL_PLAY = make_identification(J=0.1), make_identification(S=0.4, J=0.0)
 
 
 @pytest.mark.parametrize(
@@ -22,11 +28,16 @@ PLAY = make_identification(J=0.1)
         ({"probability": 0.1, "causes": {"set_point": 0.9}, "S_detectable": 0.5}, "follows"),
         ({"probability": 0.1, "causes": {"rate_limit": 0.9, "tuning": 0.6}}, "rate_limit"),
         ({"probability": 0.1, "causes": {"external": 0.9}, "S_detectable": 0.5}, "external"),
-        ({"probability": 0.1, "causes": {"external": 0.9}, "verdict": "undecided"}, "cause_unknown"),
+        ({"probability": 0.1, "causes": {"external": 0.9, "tuning": 0.8}, "S_detectable": 0.5}, "tuning"),
         ({"probability": 0.1, "causes": {"valve": 0.9}, "identification": PLAY}, "backlash"),
         ({"probability": 0.1, "causes": {"valve": 0.9}}, "cannot_tell"),
-        ({"probability": 0.1, "S_detectable": 0.5}, "external"),
-        ({"probability": 0.1, "S_detectable": 0.5, "causes": {"tuning": 0.4}}, "cause_unknown"),
+        (
+            {"probability": 0.1, "causes": {"valve": 0.9}, "identification": SMALL_PLAY, "oscillating": False},
+            "nothing_found",
+        ),
+        ({"probability": 0.1, "stuck": True, "verdict": "undecided"}, "valve_not_responding"),
+        ({"probability": 0.1, "stuck": True, "S_detectable": 0.5}, "nothing_found"),
+        ({"probability": 0.1, "S_detectable": 0.5, "causes": {"tuning": 0.5}}, "cause_unknown"),
         ({"probability": 0.4}, "cause_unknown"),
         ({"probability": 0.1, "oscillating": False, "S_detectable": 0.5}, "nothing_found"),
         ({"probability": 0.1, "oscillating": False, "verdict": "undecided"}, "cannot_tell"),
@@ -50,7 +61,7 @@ def test_five_grades():
 
 def test_manual_test_lasts_three_periods():
     """The period of the test loop is 60 s."""
-    found = make_diagnosis(0.1, causes={"external": 0.9}, verdict="undecided")
+    found = make_diagnosis(0.1, causes={"external": 0.5, "tuning": 0.5}, S_detectable=0.5, verdict="undecided")
     assert "in manual for three periods (3 min" in found.next_step
     assert found.action == found.next_step
 
@@ -70,3 +81,25 @@ def test_headline_leads_with_the_finding():
 def test_json_tells_play_from_stiction():
     assert make_diagnosis(0.1, identification=PLAY).to_dict()["stiction"]["kind"] == "backlash"
     assert make_diagnosis(0.95).to_dict()["stiction"]["kind"] == "stiction"
+
+
+PLAN = re.compile(r"Plan: stiction (valve-test plan .+)$")
+
+
+@pytest.mark.parametrize(
+    "changes", [{"probability": 0.95}, {"probability": 0.1, "oscillating": False, "verdict": "undecided"}]
+)
+def test_the_plan_of_a_test_is_a_command(changes, tmp_path, capsys):
+    found = make_diagnosis(**changes)
+    [words] = PLAN.findall(found.next_step)
+    assert cli.main([*words.split(), "--out", str(tmp_path / "plan.csv")]) == 0
+    op = np.loadtxt(tmp_path / "plan.csv", delimiter=",", skiprows=1)[:, 1]
+    assert op.min() < found.segment.op.mean() < op.max()
+    assert np.ptp(op) == pytest.approx(12.0 if changes["probability"] > 0.5 else 4.0)  # 3 S, and 2 % each way
+
+
+def test_tests_stay_within_the_span():
+    segment = make_segment()
+    low = replace(segment, signals=condition(replace(segment.record, op=segment.record.op - 49.0)))
+    [words] = PLAN.findall(make_diagnosis(0.95, segment=low).next_step)
+    assert "--low 0.0 --high 12.0" in words

@@ -66,7 +66,7 @@ def write_audit_record(folder: str, key: int, path: str) -> None:
     audit = load_audit(folder)
     record = audit.read(tag_of_loop(folder, key))
     place.parent.mkdir(parents=True, exist_ok=True)
-    options = {name: audit.run[name] for name in ("prior", "costs")}
+    options = {name: audit.run[name] for name in ("prior", "costs", "smallest_S")}
     place.with_name(OPTIONS_FILE).write_text(json.dumps(options), encoding="utf-8")
     record.to_parquet(place)
 

@@ -59,7 +59,7 @@ def describe_window(found: Diagnosis, start_s: float) -> Window:
     return replace(
         about, S=one.S, S_low=one.S_low, S_high=one.S_high, J=one.J, J_low=one.J_low, J_high=one.J_high,
         over_deadband=float(sum(jumps)), contributions=found.contributions,
-        causes=tuple(getattr(found.oscillation_cause, name) for name in CAUSES),
+        causes=tuple(getattr(found.oscillation_cause, name) for name in (*CAUSES, "seen")),
         evidence=model.intercept + total - log_odds(model.training_prior),
     )  # fmt: skip
 
@@ -113,16 +113,16 @@ class PooledWindows:
         table = tabulate(self.windows[first:])
         chosen = (self._best if self._best[0] >= first else self._last)[1]
         probability = pooled.probability(chosen.prior)
-        excluded = pooled.S_detectable is not None and pooled.S_detectable <= chosen.smallest_S
-        verdict = decide(probability, chosen.costs, excluded=excluded)
         causes = _mean_causes([one.causes for one in self.windows[first:] if one.causes])
         valve = chosen.identification and replace(
             chosen.identification, S=pooled.S.value, S_low=pooled.S.low, S_high=pooled.S.high, J=pooled.J.value,
             J_low=pooled.J.low, J_high=pooled.J.high,
         )  # fmt: skip
+        excluded = pooled.S_detectable is not None and pooled.S_detectable <= chosen.smallest_S
+        excluded |= is_backlash(causes, valve, chosen.smallest_S)
         return replace(
             chosen, probability=probability, oscillation_cause=causes, S_detectable=pooled.S_detectable,
-            verdict="no_stiction" if is_backlash(causes, valve, probability) else verdict, identification=valve,
+            verdict=decide(probability, chosen.costs, excluded=excluded), identification=valve,
             contributions=_pool_contributions(self.windows[first:], chosen, pooled), windows=tuple(self.windows),
             history=history, windows_needed=windows_needed(table, chosen.prior, chosen.costs, pooled.S_detectable),
         )  # fmt: skip

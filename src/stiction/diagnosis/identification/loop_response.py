@@ -64,16 +64,20 @@ class LoopResponse:
     """Gain of OP over its standard error, with the sign that the controller expects [-]."""
     op_effect_plain: float = math.nan
     """Gain of Schwarz's criterion by OP without the waves [-]."""
-    beside_waves: Margin = Margin()
-    """Gain margin by the fit beside the waves."""
-    plain: Margin = Margin()
-    """Gain margin by the fit without them."""
+    margin: Margin = Margin()
+    """Gain margin by the fit without the waves."""
     stem_for_op: float = math.nan
     """Twice the log likelihood ratio of the stem of the sticky valve over OP, both beside the waves [-]."""
     stem_beside_op: float = math.nan
     """Gain of Schwarz's criterion by that stem, OP and the waves in the fit too [-]."""
     stem_gain: float = math.nan
     """Gain of that stem over its standard error, with the sign that the controller expects [-]."""
+    wave_effect: float = math.nan
+    """Gain of Schwarz's criterion by the outside waves beside OP [-]; below 0: none shown."""
+    wave_over_op: float = math.nan
+    """Movement of PV by the outside wave at its largest peak over that by OP [-]."""
+    load_size: float = math.nan
+    """Amplitude of that wave as a load at the process inlet [% of span]."""
     evidence: NDArray[np.float64] | None = None
     """Twice the log likelihood ratio that a valve of each S in `S_GRID` would have over a good one [-]."""
 
@@ -109,6 +113,7 @@ class _Blocks:
         self.op, self.scale_op = self._means(op, n)
         self.target = self.pv[self.first :]
         turns = [2.0 * np.pi * size * h * f for f in peaks for h in range(1, HARMONICS + 1) if h * f * size < 0.5]
+        self.turns = turns
         angle = np.outer(turns, np.arange(self.first, n))
         parts = [np.ones((1, self.target.size)), self._lags(self.pv, PV_LAGS), np.cos(angle), np.sin(angle),
                  self._lags(self.op, OP_LAGS)]  # fmt: skip
@@ -152,11 +157,14 @@ def _peaks(pv: NDArray[np.float64]) -> list[float]:
     size = 1 << (4 * pv.size - 1).bit_length()
     power = np.abs(np.fft.rfft((pv - pv.mean()) * np.hanning(pv.size), size)) ** 2
     width = max(round(2.5 * size / pv.size), 1)
-    power[:width] = 0.0
+    level = np.log(np.maximum(power, 1e-300))
+    power[:width] = power[-1] = 0.0
     found = []
     for _ in range(WAVES):
         i = int(np.argmax(power))
-        found.append(i / size)
+        before, at, after = level[i - 1 : i + 2]  # between the frequencies: what a wave leaves would look like OP's
+        bend = before - 2.0 * at + after
+        found.append((i + (0.5 * (before - after) / bend if bend < 0.0 else 0.0)) / size)
         power[max(i - width, 0) : i + width + 1] = 0.0
     return found
 
@@ -186,10 +194,12 @@ def fit_response(
     own, plain = blocks.fit(blocks.own), blocks.fit(blocks.own, blocks.by_op)
     sign = controller.action
     stem = _stem_evidence(blocks, beside)
+    wave, inlet = _main_wave(blocks, beside)
     return LoopResponse(
         effect, gain * sign if sign else math.nan, _criterion(own, plain, OP_LAGS),
-        _margin(blocks, beside, controller, dt), _margin(blocks, plain, controller, dt),
+        _margin(blocks, plain, controller, dt),
         stem[0], stem[1], stem[2] * sign if sign else math.nan,
+        _criterion(plain, beside, blocks.waves.size), wave, inlet,
         evidence=_foretold_evidence(blocks, op, found.linear, dt, beside),
     )  # fmt: skip
 
@@ -217,6 +227,18 @@ def _stem_evidence(blocks: _Blocks, by_op: _Fit) -> tuple[float, float, float]:
     both = blocks.fit(blocks.own, blocks.waves, blocks.by_op, blocks.by_stem)
     in_place = by_op.n * math.log(by_op.error / alone.error)
     return in_place, _criterion(by_op, both, OP_LAGS), _gain_over_error(both, OP_LAGS)
+
+
+def _main_wave(blocks: _Blocks, fit: _Fit) -> tuple[float, float]:
+    """Movement of PV by the wave at the largest peak over that by OP [-], and the wave as a load [% of span]."""
+    if not blocks.waves.size:
+        return math.nan, math.nan
+    count = blocks.waves.size // 2
+    wave = math.hypot(fit.weights[1 + PV_LAGS], fit.weights[1 + PV_LAGS + count])
+    turns = blocks.turns[0]
+    answer = abs(fit.weights[-OP_LAGS:] @ np.exp(-1j * turns * np.arange(1, OP_LAGS + 1)))
+    op = 2.0 * abs(np.mean(blocks.op * np.exp(-1j * turns * np.arange(blocks.op.size))))
+    return float(wave / max(answer * op, 1e-12)), float(wave / max(answer, 1e-12) * blocks.scale_op)
 
 
 def _margin(blocks: _Blocks, fit: _Fit, controller: ControllerFit, dt: float) -> Margin:

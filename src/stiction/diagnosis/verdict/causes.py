@@ -19,12 +19,18 @@ if TYPE_CHECKING:
 
     from stiction.diagnosis.identification.loop_response import LoopResponse
 
-__all__ = ["CAUSES", "NAMED", "OscillationCause", "assess_causes", "closest_alternative", "find_detectable_S"]
+__all__ = [
+    "CAUSES",
+    "OscillationCause",
+    "assess_causes",
+    "cause_models",
+    "closest_alternative",
+    "find_detectable_S",
+    "is_stuck",
+]
 
 CAUSES = ("valve", "tuning", "external", "set_point", "rate_limit", "dead_zone", "sensor")
 """Causes of an oscillation, in the order of the JSON."""
-NAMED = 0.5
-"""Probability from which a cause is named [-]."""
 STICKY_TOO = ("beside_periodic_load", "deadband")
 """Compared as well, but with stiction: a load beside both valves, and a sticky valve without slip jump."""
 
@@ -32,6 +38,8 @@ STICKY_TOO = ("beside_periodic_load", "deadband")
 @dataclass(frozen=True, slots=True)
 class OscillationCause(Result):
     """Probability of each cause, 0 to 1, independent of one another; all small means none."""
+
+    _json_keys = CAUSES
 
     valve: float = field(default=0.0, metadata=FOUR_DECIMALS)
     """The valve sticks or has play, and that drives the loop."""
@@ -47,18 +55,28 @@ class OscillationCause(Result):
     """A range of OP, at fixed values, in which PV does not respond, as in split range."""
     sensor: float = field(default=0.0, metadata=FOUR_DECIMALS)
     """The transmitter: coarse steps, spikes or noise that the controller follows."""
+    seen: float = 1.0
+    """Probability that a stem that does not move would have been seen; not among the causes."""
 
     @property
     def main(self) -> str:
-        """The most probable cause from `NAMED` on; "none" where there is none."""
-        name = max(CAUSES, key=lambda one: getattr(self, one))
-        return name if getattr(self, name) >= NAMED else "none"
+        """The first of the named causes; "none" where there is none."""
+        return self.named[0] if self.named else "none"
 
     @property
     def named(self) -> tuple[str, ...]:
-        """All causes from `NAMED` on, the most probable first."""
-        found = [name for name in CAUSES if getattr(self, name) >= NAMED]
-        return tuple(sorted(found, key=lambda name: -getattr(self, name)))
+        """All causes that are probable enough to be named, the most probable first, a load from outside last.
+
+        A load from outside is named only where the stem is probably seen too: the inside must be excluded.
+        """
+        known = {name: getattr(self, name) for name in CAUSES} | {"external": self.external * self.seen}
+        found = [name for name, probability in known.items() if probability >= cause_models().named]
+        return tuple(sorted(found, key=lambda name: (name == "external", -getattr(self, name))))
+
+    @property
+    def any(self) -> float:
+        """Probability that at least one of the causes is there, as of independent ones [-]."""
+        return 1.0 - math.prod(1.0 - getattr(self, name) for name in CAUSES)
 
 
 class CauseModels(NamedTuple):
@@ -68,6 +86,10 @@ class CauseModels(NamedTuple):
     """One for each of `CAUSES`."""
     unseen: TreeModel
     """Of a valve that sticks or is stuck, whether or not the verdict shows it."""
+    stuck: TreeModel
+    """Of a stem that is stuck while something else moves PV."""
+    named: float
+    """Probability from which a cause is named [-]."""
     unseen_limit: float
     """Its probability above which stiction of any size may be there without being seen [-]."""
     min_evidence: float
@@ -80,49 +102,31 @@ def cause_models() -> CauseModels:
     stored: dict[str, Any] = read_stored("causes.json")
     models = {name: read_model(one) for name, one in stored["models"].items()}
     unseen = models.pop("unseen")
-    return CauseModels(models, unseen, stored["unseen_limit"], stored["min_evidence"])
+    return CauseModels(
+        models, unseen, models.pop("stuck"), stored["named"], stored["unseen_limit"], stored["min_evidence"]
+    )
 
 
 def assess_causes(features: Mapping[str, float], prior: float = DEFAULT_PRIOR) -> OscillationCause:
-    """Judge each cause by itself.
+    """Judge each cause by itself, from feature -> value; `prior` is the share of sticky valves where it comes from."""
+    models = cause_models()
+    found = {name: one.probability(features, one.training_prior) for name, one in models.causes.items()}
+    found["valve"] = shift_prior(found["valve"], DEFAULT_PRIOR, prior)
+    return OscillationCause(**found, seen=1.0 - models.unseen.probability(features, models.unseen.training_prior))
 
-    Parameters
-    ----------
-    features : mapping
-        Feature -> value (`cause_features.CAUSE_FEATURES`).
-    prior : float
-        Share of sticky valves where the record comes from [-].
 
-    Returns
-    -------
-    OscillationCause
-        Probabilities.
-    """
-    models = cause_models().causes
-    found = {name: one.probability(features, one.training_prior) for name, one in models.items()}
-    return OscillationCause(**(found | {"valve": shift_prior(found["valve"], DEFAULT_PRIOR, prior)}))
+def is_stuck(features: Mapping[str, float]) -> bool:
+    """Whether the stem is probably stuck while something else moves PV, which OP does not move."""
+    models = cause_models()
+    return models.stuck.probability(features, models.stuck.training_prior) >= models.named
 
 
 def find_detectable_S(features: Mapping[str, float], response: LoopResponse) -> float | None:
-    """Find the smallest S that a record would have shown.
+    """Find the smallest S for which 90 % of such records would not be called `no_stiction` [% of span].
 
-    Parameters
-    ----------
-    features : mapping
-        Feature -> value (`cause_features.CAUSE_FEATURES`).
-    response : LoopResponse
-        The linear predictions of PV, with the evidence foretold of each S.
-
-    Returns
-    -------
-    float or None
-        The smallest S for which 90 % of such records would not be called `no_stiction` [% of span]; None where no S
-        would show, as where the stem may not have moved.
-
-    Notes
-    -----
-    The evidence of each S is foretold from the movement of OP, the process and the noise. It counts only where the
-    trained model of an unseen valve, which asks whether OP moves PV at all, leaves little room for one.
+    None where no S would show, as where the stem may not have moved. The evidence of each S is foretold from the
+    movement of OP, the process and the noise (`response`). It counts only where the trained model of an unseen valve,
+    which asks whether OP moves PV at all, leaves little room for one.
     """
     models = cause_models()
     evidence = response.evidence

@@ -69,7 +69,7 @@ def decide(probability: float, costs: Costs = Costs(), *, excluded: bool = True)
         "no_stiction": probability * costs.missed,
     }
     best = min(expected, key=lambda call: expected[call])
-    if expected[best] > costs.ask or (best == "no_stiction" and probability < 0.5 and not excluded):
+    if expected[best] > costs.ask or (best == "no_stiction" and not excluded):
         return "undecided"
     return best
 

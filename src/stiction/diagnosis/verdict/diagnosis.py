@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from stiction.diagnosis.loop_state import describe_action, describe_state
 from stiction.diagnosis.verdict.causes import OscillationCause, closest_alternative
 from stiction.diagnosis.verdict.decision import DEFAULT_PRIOR, DEFAULT_SMALLEST_S, Costs
@@ -60,6 +58,8 @@ class Diagnosis(ResultDisplay, kind="verdict"):
     """Probability that the valve sticks [-]; the prior where the record cannot be judged."""
     oscillation_cause: OscillationCause = field(default_factory=OscillationCause)
     """What makes the loop oscillate; all 0 where the record cannot be judged."""
+    stuck: bool = False
+    """Whether the stem is probably stuck while something else moves PV."""
     evidence: tuple[Evidence, ...] = ()
     """What each published method says."""
     identification: Identification | None = None
@@ -149,11 +149,6 @@ class Diagnosis(ResultDisplay, kind="verdict"):
     def grade(self) -> str:
         """Word for verdict and probability, one of five."""
         return grade(self.verdict, self.probability)
-
-    @property
-    def op_range(self) -> float:
-        """Range of OP in the judged part [% of span]."""
-        return float(np.ptp(self.segment.op)) if self.segment.op.size else 0.0
 
     @property
     def reason(self) -> str:

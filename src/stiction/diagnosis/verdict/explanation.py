@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 from stiction.diagnosis.loop_state import describe_action, describe_state
 from stiction.diagnosis.verdict.decision import Costs, decide, shift_prior
@@ -11,10 +11,6 @@ from stiction.diagnosis.verdict.finding import Findings
 from stiction.diagnosis.verdict.over_time import OverTime, explain_over_time
 from stiction.display.duration_format import format_seconds
 from stiction.display.number_format import format_interval, format_probability
-
-if TYPE_CHECKING:
-    from stiction.records.assess import Quality
-    from stiction.records.record import LoopRecord
 
 __all__ = ["explain_action", "explain_reason", "feature_label"]
 
@@ -37,7 +33,11 @@ CAUSE_ACTION = {
     "dead_zone": "Check the split-range calibration and the valve seat at that OP.",
 }
 """What to do about each cause other than the valve."""
-NOT_IN_RECORD = "The cause of the oscillation is not in this record."
+OPEN_TEXT = {
+    "cause_unknown": "The cause of the oscillation is not in this record.",
+    "valve_not_responding": "Something else moves PV, and PV does not respond to OP: the stem is probably stuck.",
+}
+"""Findings that a test has to decide, as sentences."""
 PLAY_TEXT = "The valve has play (a deadband without slip jump) of about {S:.1f} {unit}."
 PLAY_ACTION = "Check linkage, actuator coupling and positioner feedback for play."
 
@@ -49,11 +49,6 @@ class Explained(Findings, OverTime, Protocol):
     """What the sentences need to know; a `Diagnosis` has it."""
 
     @property
-    def record(self) -> LoopRecord:
-        """The record."""
-        ...
-
-    @property
     def prior(self) -> float:
         """Share of sticky valves assumed before the record is looked at [-]."""
         ...
@@ -61,11 +56,6 @@ class Explained(Findings, OverTime, Protocol):
     @property
     def costs(self) -> Costs:
         """Costs of a wrong call."""
-        ...
-
-    @property
-    def quality(self) -> Quality:
-        """The data checks."""
         ...
 
     @property
@@ -86,8 +76,10 @@ def feature_label(name: str) -> str:
 
 def explain_reason(found: Explained) -> str:
     """Say why the verdict is what it is."""
-    if not found.loop_state.in_control:
-        return describe_state(found.loop_state, found.record.start, found.record.provenance.pv_unit)
+    if not found.segment.loop_state.in_control:
+        return describe_state(
+            found.segment.loop_state, found.segment.record.start, found.segment.record.provenance.pv_unit
+        )
     sentences = [
         _evidence(found),
         _judgement(found),
@@ -95,14 +87,14 @@ def explain_reason(found: Explained) -> str:
         _causes(found),
         _left_out(found),
         _slave(found),
-        explain_over_time(found, found.record.op_unit_short),
+        explain_over_time(found, found.segment.record.op_unit_short),
     ]
-    sentences += [check.why for check in found.quality.rejections[:2]]
+    sentences += [check.why for check in found.segment.quality.rejections[:2]]
     return " ".join(sentence for sentence in sentences if sentence)
 
 
 def _evidence(found: Explained) -> str:
-    one, unit = found.identification, found.record.op_unit_short
+    one, unit = found.identification, found.segment.record.op_unit_short
     if one is None:
         return "OP or PV does not vary enough to identify a valve."
     size = "{} {} (95 % {} to {})".format(
@@ -159,19 +151,19 @@ def _alternative_text(name: str, ratio: float) -> str:
 
 
 def _oscillation(found: Explained) -> str:
-    one = found.oscillation
+    one = found.segment.oscillation
     if not one.oscillating:
         return "The loop does not oscillate regularly."
     return f"The loop oscillates with a period of {format_seconds(one.period)}."
 
 
 def _causes(found: Explained) -> str:
-    if found.finding == "cause_unknown":
-        return NOT_IN_RECORD
+    if found.finding in OPEN_TEXT:
+        return OPEN_TEXT[found.finding]
     others = _other_causes(found)
     texts = [_dead_zone(found) if name == "dead_zone" else CAUSE_TEXT[name] for name in others]
     if found.finding == "backlash" and found.identification is not None:
-        texts.insert(0, PLAY_TEXT.format(S=found.identification.S, unit=found.record.op_unit_short))
+        texts.insert(0, PLAY_TEXT.format(S=found.identification.S, unit=found.segment.record.op_unit_short))
     if found.verdict == "stiction" and texts:
         texts.insert(0, "The valve sticks, and something else affects the loop too:")
     return " ".join(texts)
@@ -186,7 +178,7 @@ def _dead_zone(found: Explained) -> str:
     zone = None if found.identification is None else found.identification.dead_zone
     if zone is None:
         return CAUSE_TEXT["dead_zone"]
-    unit = found.record.op_unit_short
+    unit = found.segment.record.op_unit_short
     if zone.crossed_rarely:
         return (
             f"PV does not respond in a part of OP's range between {zone.op_low:.1f} and {zone.op_high:.1f} {unit}. OP "
@@ -201,29 +193,29 @@ def _dead_zone(found: Explained) -> str:
 
 
 def _left_out(found: Explained) -> str:
-    stretches = found.loop_state.stretches
+    stretches = found.segment.loop_state.stretches
     if not stretches:
         return ""
     names = ", ".join(dict.fromkeys(one.state.replace("_", " ") for one in stretches))
-    share = sum(one.last - one.first for one in stretches) / max(len(found.record), 1)
+    share = sum(one.last - one.first for one in stretches) / max(len(found.segment.record), 1)
     text = f"Left out: {100.0 * share:.0f} % of the record ({names})."
-    first, last = found.quality.first, found.quality.last
-    analysed = (last - first) / max(len(found.record), 1)
+    first, last = found.segment.quality.first, found.segment.quality.last
+    analysed = (last - first) / max(len(found.segment.record), 1)
     if analysed < MIN_ANALYSED_SHARE:
         text += f" Analysed: {100.0 * analysed:.0f} % of the record, samples {first} to {last - 1}."
     return text
 
 
 def _slave(found: Explained) -> str:
-    tag = found.record.provenance.secondary_tag
+    tag = found.segment.record.provenance.secondary_tag
     return f"OP is the set point of {tag}; the valve belongs to that loop." if tag else ""
 
 
 def explain_action(found: Explained) -> str:
     """Say what to do, in one or two imperative sentences."""
-    if not found.loop_state.in_control:
-        return describe_action(found.loop_state)
-    if found.finding == "cause_unknown":
+    if not found.segment.loop_state.in_control:
+        return describe_action(found.segment.loop_state)
+    if found.finding in OPEN_TEXT:
         return found.next_step
     others = [CAUSE_ACTION[name] for name in _other_causes(found)]
     if found.verdict == "stiction":

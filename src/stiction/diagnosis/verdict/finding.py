@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Literal, Protocol
 
-from stiction.diagnosis.verdict.causes import NAMED
+import numpy as np
+
+from stiction.diagnosis.verdict.causes import cause_models
 from stiction.display.duration_format import format_seconds
 
 if TYPE_CHECKING:
     from stiction.diagnosis.identification.result import Identification
-    from stiction.diagnosis.loop_state import LoopState
-    from stiction.diagnosis.result import Oscillation, Verdict
+    from stiction.diagnosis.result import Verdict
+    from stiction.diagnosis.segment import JudgedSegment
     from stiction.diagnosis.verdict.causes import OscillationCause
 
 __all__ = ["FINDINGS", "GRADES", "Finding", "Findings", "explain_next_step", "find_code", "grade", "is_backlash"]
@@ -29,18 +32,23 @@ STATE_FINDINGS: dict[str, Finding] = {
     "saturated": "not_in_command", "pv_frozen": "sensor",
 }  # fmt: skip
 """State of a loop that is not in control -> what is said first; `no_data` of any other."""
-INSIDE = ("valve", "tuning", "rate_limit", "dead_zone", "sensor")
-"""Causes inside the loop."""
-EXCLUDED = 0.2
-"""Probability of every cause inside below which an oscillation comes from outside, where the valve is good too [-]."""
-NAMED_BLINDLY = 0.7
-"""Probability from which a cause is named where the record does not show that OP moves PV [-]."""
-NOT_OUTSIDE = 0.3
-"""Probability of a load from outside below which nothing is found in a loop that does not oscillate [-]."""
 TEST_PERIODS = 3.0
 """Periods in manual that show whether an oscillation comes from outside [-]."""
 MIN_TEST_STEP = 2.0
 """Step of OP that moves a valve which hardly moved [% of span]."""
+
+
+MIN_SAMPLES, MAX_SETTLING = 10.0, 600.0
+"""Fewest samples at a step of a test [-], and longest wait there [s]."""
+RAMP_TIMES = 5.0
+"""Duration of a ramp over the time in which the process settles [-]."""
+NEXT_STEPS = {
+    "tuning": "Halve the controller gain for some periods: the oscillation dies out if tuning is the cause.",
+    "follows": "Look at what moves the set point: its master loop, ratio station or operator.",
+    "rate_limit": "Raise the rate limit of OP, or lower the gain until OP stays below it.",
+    "backlash": "Move OP back and forth by twice the band in manual and watch the stem: play shows as lost motion.",
+}
+"""Finding -> the test that shows whether it is right."""
 
 
 class Findings(Protocol):
@@ -57,18 +65,13 @@ class Findings(Protocol):
         ...
 
     @property
-    def loop_state(self) -> LoopState:
-        """The state of the loop."""
-        ...
-
-    @property
-    def oscillation(self) -> Oscillation:
-        """The oscillation."""
-        ...
-
-    @property
     def oscillation_cause(self) -> OscillationCause:
         """Its causes."""
+        ...
+
+    @property
+    def stuck(self) -> bool:
+        """Whether the stem is stuck while something else moves PV."""
         ...
 
     @property
@@ -82,8 +85,8 @@ class Findings(Protocol):
         ...
 
     @property
-    def op_range(self) -> float:
-        """Range of OP in the judged part [% of span]."""
+    def segment(self) -> JudgedSegment:
+        """The judged part, with loop state and oscillation."""
         ...
 
     @property
@@ -110,46 +113,49 @@ def grade(verdict: Verdict, probability: float) -> str:
     return next(word for limit, word in GRADES if probability >= limit)
 
 
-def is_backlash(causes: OscillationCause, identification: Identification | None, probability: float) -> bool:
-    """Whether the valve drives the loop by its play: it moves it, has no slip jump, and hardly sticks."""
-    named = causes.main == "valve" and identification is not None and identification.is_play
-    return named and probability < NAMED
+def is_backlash(causes: OscillationCause, identification: Identification | None, smallest_S: float) -> bool:
+    """Whether the valve is named as a cause by its play: it moves the loop, has no slip jump, and a band that matters.
+
+    `smallest_S` is the smallest band that matters [% of span].
+    """
+    if causes.main != "valve" or identification is None:
+        return False
+    return identification.is_play and smallest_S <= identification.S
 
 
 def find_code(found: Findings) -> Finding:
     """Choose what is said first.
 
-    The valve leads where it sticks. Else the most probable cause does. A load from outside leads only where the record
-    excludes the inside: where it could have shown stiction.
+    The valve leads where it sticks, then a stem that does not move. Else the most probable cause that is named does, a
+    load from outside only where no cause inside the loop is named. Nothing is found only where the valve is good and
+    any cause is as improbable as a named one is probable.
     """
-    state = found.loop_state.state
-    if not found.loop_state.in_control:
-        return STATE_FINDINGS.get(state, "no_data")
+    causes, valve = found.oscillation_cause, found.identification
+    if not found.segment.loop_state.in_control:
+        return STATE_FINDINGS.get(found.segment.loop_state.state, "no_data")
     if found.verdict == "stiction":
         return "sticks" if grade(found.verdict, found.probability) == "sticks" else "probably_sticks"
-    causes, hidden = found.oscillation_cause, found.S_detectable is None and found.verdict == "undecided"
-    for name in causes.named:
-        if hidden and getattr(causes, name) < NAMED_BLINDLY and name != "external":
-            continue
-        if name == "valve":
-            return "backlash" if found.identification is not None and found.identification.is_play else "cannot_tell"
-        if name == "set_point":
-            return "follows"
-        if name == "external":
-            return "cause_unknown" if hidden else "external"
-        return name  # type: ignore[return-value]
-    if found.oscillation.oscillating:
-        inside = max(getattr(causes, name) for name in INSIDE)
-        return "external" if found.verdict == "no_stiction" and inside < EXCLUDED else "cause_unknown"
-    if found.verdict == "no_stiction":
-        return "nothing_found" if causes.external < NOT_OUTSIDE else "cause_unknown"
-    return "cannot_tell"
+    if found.stuck and found.verdict == "undecided":
+        return "valve_not_responding"
+    if is_backlash(causes, valve, found.smallest_S):
+        return "backlash"
+    if causes.main == "valve" and not (valve is not None and valve.is_play):
+        return "cannot_tell"
+    others = [name for name in causes.named if name != "valve"]
+    if others:
+        return "follows" if others[0] == "set_point" else others[0]  # type: ignore[return-value]
+    if found.verdict == "no_stiction" and replace(causes, valve=0.0).any <= 1.0 - cause_models().named:
+        return "nothing_found"
+    return "cause_unknown" if found.segment.oscillation.oscillating or found.verdict == "no_stiction" else "cannot_tell"
 
 
 def explain_next_step(found: Findings) -> str:
-    """Name the cheapest test that decides what is open, with its size and duration; empty where nothing is open."""
-    code, oscillation = found.finding, found.oscillation
-    if not found.loop_state.in_control:
+    """Name the cheapest test that decides what is open, with its size and duration; empty where nothing is open.
+
+    Where the test moves OP, its plan is the command line of `stiction valve-test plan` that writes it.
+    """
+    code, oscillation = found.finding, found.segment.oscillation
+    if not found.segment.loop_state.in_control:
         return ""
     period = oscillation.period if oscillation.oscillating else float("nan")
     test = f"Put the controller in manual for {_minutes(TEST_PERIODS * period)}" if period > 0.0 else ""
@@ -161,17 +167,12 @@ def explain_next_step(found: Findings) -> str:
         return f"{test}: PV keeps swinging if the cause is outside; {stem}." if test else ""
     if code == "tuning" and test and found.oscillation_cause.tuning < GRADES[0][0]:
         return f"{test}: if PV stops swinging, lower the controller gain; if it keeps swinging, the cause is outside."
-    if code == "tuning":
-        return "Halve the controller gain for some periods: the oscillation dies out if tuning is the cause."
-    if code == "follows":
-        return "Look at what moves the set point: its master loop, ratio station or operator."
-    if code == "rate_limit":
-        return "Raise the rate limit of OP, or lower the gain until OP stays below it."
-    if code == "backlash":
-        return "Move OP back and forth by twice the band in manual and watch the stem: play shows as lost motion."
     if code in ("sticks", "probably_sticks"):
-        return f"Ramp OP up and down by {2.0 * _size(found):.0f} % in manual and compare stem or PV with OP."
-    return _step(found) if found.verdict == "undecided" else ""
+        S = _size(found)
+        return (
+            f"Ramp OP up and down by {3.0 * S:.0f} % in manual and compare stem or PV with OP. {_ramp_plan(found, S)}"
+        )
+    return NEXT_STEPS.get(code, "") or (_step(found) if found.verdict == "undecided" else "")
 
 
 def _minutes(seconds: float) -> str:
@@ -185,11 +186,34 @@ def _size(found: Findings) -> float:
 
 def _step(found: Findings) -> str:
     """A step of OP that a sticky valve would have to follow."""
-    step = max(MIN_TEST_STEP, 2.0 * found.smallest_S)
+    op, size = found.segment.op, max(MIN_TEST_STEP, 2.0 * found.smallest_S)
     if found.S_detectable is None:
-        missing = (
-            f"OP moved {found.op_range:.1f} %, and no effect on PV is shown that a sticky or stuck valve would lack."
-        )
+        moved = float(np.ptp(op)) if op.size else 0.0
+        missing = f"OP moved {moved:.1f} %, and no effect on PV is shown that a sticky or stuck valve would lack."
     else:
         missing = f"Stiction below {found.S_detectable:.1f} % of span would not show."
-    return f"{missing} Step OP by {step:g} % each way in manual, or send a record with a set point or load change."
+    ask = f"Step OP by {size:g} % each way in manual, or send a record with a set point or load change."
+    start = _between(found, size)
+    plan = f"step --start {start:.1f} --fine-range 0 --sizes {size:g} --wait {_settling(found):.0f}"
+    return f"{missing} {ask} Plan: stiction valve-test plan {plan} --dt {found.segment.dt:g}"
+
+
+def _ramp_plan(found: Findings, S: float) -> str:
+    """Ramps over three bands, slow enough for the process to follow."""
+    middle = _between(found, 1.5 * S)
+    rate = 3.0 * S / (RAMP_TIMES * _settling(found))
+    plan = f"--low {middle - 1.5 * S:.1f} --high {middle + 1.5 * S:.1f} --rates {rate:.2g}"
+    return f"Plan: stiction valve-test plan ramp {plan} --dt {found.segment.dt:g}"
+
+
+def _between(found: Findings, half: float) -> float:
+    """Mean of OP, so far from 0 and 100 % that a test of plus and minus `half` fits [% of span]."""
+    op = found.segment.op
+    return min(max(float(op.mean()) if op.size else 50.0, half), 100.0 - half)
+
+
+def _settling(found: Findings) -> float:
+    """Time in which the identified process settles, at least some samples and at most ten minutes [s]."""
+    valve, dt = found.identification, found.segment.dt
+    settling = 0.0 if valve is None else valve.linear.dead_time + 3.0 * valve.linear.time_constant
+    return max(MIN_SAMPLES * dt, min(settling if math.isfinite(settling) else 0.0, MAX_SETTLING))

@@ -10,12 +10,11 @@ import numpy as np
 from stiction.display.number_format import count_noun
 from stiction.records.check_result import MIN_CYCLES, CheckResult, check_minimum
 from stiction.records.quality.quantisation import peak_to_peak
-from stiction.records.quantiles import robust_std
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["check_op_movement", "check_op_reversals", "check_pv_movement", "count_reversals", "spike_share"]
+__all__ = ["check_op_movement", "check_op_reversals", "check_pv_movement", "count_reversals"]
 
 
 def count_reversals(x: NDArray[np.float64], min_move: float = 0.0) -> int:
@@ -109,13 +108,3 @@ def check_op_reversals(op: NDArray[np.float64], swing: float, *, min_share: floa
         "op reversals", count, "-", warn=2 * MIN_CYCLES, remedy="record a period with more OP movement",
         finding=f"OP reverses {count_noun(count, 'time')}; friction shows only at reversals",
     )  # fmt: skip
-
-
-def spike_share(x: NDArray[np.float64], *, min_jump: float = 8.0) -> float:
-    """Share of the samples in which a signal jumps away from both neighbours, by robust deviations of its moves [-]."""
-    moves = np.diff(x)
-    usual = robust_std(moves) if moves.size else 0.0
-    if not usual > 0.0:
-        return 0.0
-    away = (moves[:-1] * moves[1:] < 0.0) & (np.minimum(np.abs(moves[:-1]), np.abs(moves[1:])) > min_jump * usual)
-    return float(np.mean(away))
