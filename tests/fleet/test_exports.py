@@ -28,7 +28,8 @@ def make_audit(folder, count: int) -> Audit:
     rows, parts = [], {}
     for k, tag in enumerate(tags[:count]):
         row = LoopRow(
-            tag, f"U{k % 40:02d}", "plant.parquet", "diagnosed", ("stiction", "no_stiction", "undecided")[k % 3],
+            tag, f"U{k % 40:02d}", source="plant.parquet", status="diagnosed",
+            verdict=("stiction", "no_stiction", "undecided")[k % 3], finding_text="What was found",
             reason="why", loop_state="in_control", probability=float(rng.uniform()), priority=1.0 - k / count,
             S=float(rng.uniform(-5, 5)) if k % 3 else None, period_s=float(rng.uniform(10, 1000)),
             data_warnings=("gaps",) if k % 7 == 0 else (),
@@ -91,7 +92,7 @@ def test_page_of_10_000_loops_in_a_browser(tmp_path, browser):
     times = {name: min(page.evaluate(script, name) for _ in range(3)) for name in ("tag", "S", "priority")}
     assert max(times.values()) < 200.0, times
     page.locator('[data-name="S"]').click()
-    wanted = sorted(row["S"] for row in audit.rows if row["S"] is not None)
+    wanted = sorted(row["S"] for row in audit.rows if row.text("S"))
     shown = float(page.locator("tr.row").first.locator("td").nth(4).text_content())
     assert shown in (pytest.approx(wanted[0], rel=1e-3), pytest.approx(wanted[-1], rel=1e-3))
     page.fill("#find", "u07/ 00047")

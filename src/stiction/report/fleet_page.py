@@ -167,7 +167,7 @@ def _table_json(audit: Audit, labels: dict[str, Any]) -> str:
     for row in audit.rows:
         label = labels.get(row.tag)
         number = str(audit.signal_parts[row.tag][0])
-        values = [row[name] for name in COLUMNS]
+        values = [None if name == "S" and not row.text(name) else row[name] for name in COLUMNS]
         texts = {name: row.text(name) for name in NUMBERS} | {"level": finding_level(row.finding)}
         rows.append(
             [*values, f"{label.label}: {label.note}" if label else "", number if number in pages else "", texts]

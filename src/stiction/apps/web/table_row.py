@@ -23,6 +23,9 @@ NUMBERS = ("probability", "S", "J", "period_s", "priority")
 def table_row(row: LoopRow) -> dict[str, Any]:
     """Return what the table shows of a row: values to sort and export by, and `texts` of its numbers."""
     short = {name: row[name] for name in ROW_NAMES if row[name] not in (None, "")}
+    for name in ("S", "J"):
+        if not row.text(name):  # the size of the best fit, where neither stiction nor play is found
+            short.pop(name, None)
     if row.failed or row.status == "screened":
         del short["verdict"]
     elif row.finding:
