@@ -75,7 +75,7 @@ def kernels_and_callables() -> tuple[set[str], set[str]]:
 def test_calls_name_their_arguments_from_the_ninth_on():
     """But those of kernels and of their states, which numba wants by place."""
     kernels, callables = kernels_and_callables()
-    states = {"ValveState", "CompensatorState", "PhysicalParameters", "LoopState"}
+    states = {"ValveState", "CompensatorState", "PhysicalParameters", "LoopState", "RunSpace"}
     drivers = {"fast_closed_loop"}  # chooses among kernels
     named = callables - kernels - states - drivers
     assert len(named) > 1000

@@ -19,7 +19,7 @@ from stiction.apps.cli import main
 if TYPE_CHECKING:
     from pathlib import Path
 
-MAX_NOT_RUN = 10
+MAX_NOT_RUN = 11
 MIN_EXAMPLES = 25
 PAGES = pages()
 LINK = re.compile(r"\[[^\]]*\]\((?P<target>[^)\s]+)\)")

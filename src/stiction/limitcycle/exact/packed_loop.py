@@ -144,7 +144,8 @@ def _pack(linear: LinearPart, valve: ContinuousValve) -> PackedLoop:
         speed = 1.0 / linear.dead_time if linear.dead_time else 1.0
     unit = 0.5 / float(speed)
     packed = ContinuousLoop(
-        np.ascontiguousarray(A * unit), B * unit, np.ascontiguousarray(C), linear.D, np.ascontiguousarray(C_pv),
-        linear.D_pv, linear.dead_time / unit, valve.sb, valve.lag, valve.rate * unit,
+        A=np.ascontiguousarray(A * unit), B=B * unit, C=np.ascontiguousarray(C), D=linear.D,
+        C_pv=np.ascontiguousarray(C_pv), D_pv=linear.D_pv, delay=linear.dead_time / unit, sb=valve.sb, lag=valve.lag,
+        rate=valve.rate * unit,
     )  # fmt: skip
     return PackedLoop(linear, valve, unit, packed, scale)
