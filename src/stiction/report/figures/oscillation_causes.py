@@ -31,8 +31,8 @@ def oscillation_causes(view: LoopView) -> Figure | None:
     main = labels.cause_label(view.diagnosis)
     result = f"no cause reaches {limit:g}" if main == "none" else f"the main cause is {main}"
     caption = (
-        f"Each cause has its own score from 0 to 1; the scores do not sum to 1. From {limit:g} on (dotted line) a cause "
-        f"counts: {result}."
+        f"Each cause has its own score from 0 to 1; the scores do not sum to 1. From {limit:g} on (dotted line) a "
+        f"cause counts: {result}."
     )
     table = Table(["Cause", "Score [-]"], list(zip(names, text, strict=True)))
     return Figure(plot, "Causes of the oscillation", caption, 240, table)
