@@ -8,6 +8,7 @@ import threading
 from datetime import UTC, datetime, timedelta
 
 from asyncua import Server, ua
+from asyncua.common.utils import ServiceError
 from asyncua.server.history import HistoryDict
 from asyncua.server.uaprocessor import UaProcessor
 
@@ -49,6 +50,8 @@ class OpcUaPlant:
         self.kept: dict[str, list[ua.DataValue]] = {}
         self.requests: list[str] = []
         self.loops, self.page, self.has_points = loops, page, has_points
+        self.refuse_history: str = ""
+        """`nodes`: no node has a history; `service`: there is no service for it."""
         self.port = port or free_port()
         self.url = f"opc.tcp://127.0.0.1:{self.port}/plant"
         self.security: list[ua.SecurityPolicyType] = [ua.SecurityPolicyType.NoSecurity]
@@ -117,6 +120,8 @@ class OpcUaPlant:
             await server.load_certificate(str(self.certificate[0]))
             await server.load_private_key(str(self.certificate[1]))
         server.iserver.history_manager.set_storage(KeptHistory(self))
+        if self.refuse_history:
+            server.iserver.history_manager._read_history = self._refuse_history
         index = await server.register_namespace(NAMESPACE)
         area = await server.nodes.objects.add_folder(index, "Unit 1")
         for k in range(self.loops):
@@ -134,6 +139,11 @@ class OpcUaPlant:
         for rows in self.kept.values():  # the values that nodes begin with are not of the plant
             rows[:] = [one for one in rows if one.SourceTimestamp is not None and one.Value.Value != 0.0]
         self._record_requests()
+
+    async def _refuse_history(self, *_: object) -> ua.HistoryReadResult:
+        if self.refuse_history == "service":
+            raise ServiceError(ua.StatusCodes.BadServiceUnsupported)
+        return ua.HistoryReadResult(StatusCode=ua.StatusCode(ua.StatusCodes.BadHistoryOperationUnsupported))
 
     def _record_requests(self) -> None:
         plain = UaProcessor._process_message

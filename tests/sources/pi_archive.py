@@ -10,7 +10,11 @@ from collections import Counter
 from datetime import UTC, datetime, timedelta
 from fnmatch import fnmatchcase
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from typing import TYPE_CHECKING
 from urllib.parse import parse_qsl, unquote, urlsplit
+
+if TYPE_CHECKING:
+    import ssl
 
 START = datetime(2026, 3, 2, 6, 0, tzinfo=UTC)
 MAX_ITEMS = 150_000
@@ -20,7 +24,7 @@ MAX_ITEMS = 150_000
 class PiArchive:
     """Points with values, served by HTTP on this machine."""
 
-    def __init__(self) -> None:
+    def __init__(self, tls: ssl.SSLContext | None = None) -> None:
         self.points: dict[str, dict] = {}
         self.items: dict[str, list[str]] = {}
         """Name -> values as JSON texts, in the order of time."""
@@ -33,7 +37,9 @@ class PiArchive:
         self.user = ""
         self.delay_s = 0.0
         self._server = ThreadingHTTPServer(("127.0.0.1", 0), _handler(self))
-        self.url = f"pi+http://127.0.0.1:{self._server.server_port}/piwebapi"
+        if tls is not None:
+            self._server.socket = tls.wrap_socket(self._server.socket, server_side=True)
+        self.url = f"pi+http{'s' if tls else ''}://127.0.0.1:{self._server.server_port}/piwebapi"
 
     def __enter__(self) -> PiArchive:
         threading.Thread(target=self._server.serve_forever, daemon=True).start()

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import base64
-from datetime import timedelta
+import ipaddress
+import ssl
+from datetime import UTC, datetime, timedelta
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -12,6 +15,9 @@ import stiction as st
 from sources.pi_archive import START, PiArchive, count_methods
 from stiction.errors import RecordError
 from stiction.sources.historians import pi_requests, pi_web_api
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 SPAN = {"since": START.isoformat(), "until": (START + timedelta(hours=2)).isoformat()}
 
@@ -163,3 +169,39 @@ def test_an_answer_that_is_no_answer_is_reported(archive, monkeypatch, body, mes
     monkeypatch.setattr(archive, "answer", lambda *_: (200, body))
     with pytest.raises(RecordError, match=message):
         st.read(archive.url, **SPAN)
+
+
+def test_a_certificate_that_nobody_vouches_for_is_refused(tmp_path, monkeypatch):
+    authority = _self_signed(tmp_path)
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    context.load_cert_chain(authority)
+    with PiArchive(context) as server:
+        add_loop(server, "FIC-101")
+        with pytest.raises(
+            RecordError, match="certificate of the server cannot be verified; give the file .* in SSL_CERT_FILE"
+        ):
+            st.read(server.url, **SPAN)
+        assert not server.requests
+        monkeypatch.setenv("SSL_CERT_FILE", str(authority))
+        assert len(st.read(server.url, **SPAN)) == 1
+
+
+def _self_signed(folder) -> Path:
+    """Certificate of 127.0.0.1 with its private key, in one file."""
+    from cryptography import x509
+    from cryptography.hazmat.primitives import hashes, serialization
+    from cryptography.hazmat.primitives.asymmetric import ec
+
+    key = ec.generate_private_key(ec.SECP256R1())
+    name = x509.Name([x509.NameAttribute(x509.NameOID.COMMON_NAME, "archive")])
+    names = x509.SubjectAlternativeName([x509.IPAddress(ipaddress.ip_address("127.0.0.1"))])
+    now = datetime.now(UTC)
+    builder = x509.CertificateBuilder(name, name, key.public_key(), x509.random_serial_number())
+    builder = builder.not_valid_before(now - timedelta(hours=1)).not_valid_after(now + timedelta(hours=1))
+    certificate = builder.add_extension(names, critical=False).sign(key, hashes.SHA256())
+    private = key.private_bytes(
+        serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
+    )
+    file = folder / "archive.pem"
+    file.write_bytes(private + certificate.public_bytes(serialization.Encoding.PEM))
+    return file

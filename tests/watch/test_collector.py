@@ -175,3 +175,27 @@ def test_a_full_disk_loses_nothing(tmp_path, monkeypatch):
 
     with OpcUaPlant(1) as plant:
         assert asyncio.run(run(plant)) == [1.0, 2.0]
+
+
+@pytest.mark.parametrize("refused", ["nodes", "service"])
+def test_a_hole_that_no_history_fills_is_named_as_a_gap(tmp_path, monkeypatch, refused):
+    monkeypatch.setattr("stiction.watch.collector.SETTLE_S", 0.2)
+
+    async def run(plant) -> None:
+        collector, store = make(tmp_path, plant, time.time_ns() // 1000)
+        before = time.time_ns() // 1000
+        task = asyncio.create_task(collector.run())
+        await flush_until(collector, lambda: collector.is_current)
+        await asyncio.sleep(0.2)
+        after = time.time_ns() // 1000
+        minute = 60_000_000
+        assert collector.has_gap(before - minute, after)
+        assert not collector.has_gap(after, after + minute)
+        assert not collector.has_gap(before - 2 * minute, before - minute)
+        task.cancel()
+        store.close()
+
+    plant = OpcUaPlant(1)
+    plant.refuse_history = refused
+    with plant:
+        asyncio.run(run(plant))

@@ -37,6 +37,8 @@ OVERLAP_S = 10.0
 """Tags whose last values lie in one such span are read together [s]."""
 MAX_WAITING = 3_000_000
 """Values in memory above which they are left to the history, while the disk does not take them [-]."""
+MAX_GAPS = 20
+"""Newest holes that are kept [-]."""
 CLOCK_OFF_S = 60.0
 """Difference of the clocks from which it is told [s]."""
 
@@ -74,6 +76,11 @@ class Collector:
     def hole(self) -> str:
         """Name of the fact that keeps from when on values are still to be read from history."""
         return f"fill {self.settings.address}"
+
+    @property
+    def gaps(self) -> str:
+        """Name of the fact that keeps holes, first and last time, that the history did not fill."""
+        return f"gaps {self.settings.address}"
 
     async def run(self) -> None:
         """Collect until cancelled; a server that is lost is tried again."""
@@ -191,10 +198,12 @@ class Collector:
         }
         first = {node: (int(tag), int(one)) for node, tag, one in zip(self.nodes, self.numbers, start, strict=True)}
         until = datetime.fromtimestamp(self.now, UTC) + timedelta(minutes=1)
+        failed = []
         ordered = dict(sorted(since.items(), key=lambda item: item[1]))
         async for node, page in read_pages(client, ordered, until):
             if isinstance(page, str):
                 self.refused.setdefault(node, f"no history ({page})")
+                failed.append(first[node][1])
                 continue
             tag, known = first[node]
             new = [one for one in page if int(1e6 * one.seconds + 0.5) > known]
@@ -202,6 +211,14 @@ class Collector:
                 self._add(tag, *one)
             self.counts["filled"] += len(new)
             await asyncio.sleep(0)
+        if failed and not least:
+            gaps = [*self.store.fact(self.gaps, []), [min(failed), round(1e6 * self.now)]]
+            self.store.set_fact(self.gaps, gaps[-MAX_GAPS:])
+
+    def has_gap(self, start: int, finish: int) -> bool:
+        """Whether values of a window may be missing: they have not come yet, or a hole that no history fills."""
+        holes = self.store.fact(self.gaps, [])
+        return not self.is_current or any(first < finish and last > start for first, last in holes)
 
     def _open_hole(self) -> None:
         """Remember, also for the time after a kill, from when on values may be missing."""

@@ -47,12 +47,12 @@ def judge_window(config: WatchConfig, folder: Path, store: WatchStore, start: in
         )  # fmt: skip
         rows = found.rows
     with store.transaction():
+        about = {"loops": written.loops, "failures": written.failures, "doubles": written.doubles}
         is_new = store.change(
-            "UPDATE window SET state = 'judged', judged = ?, body = ? WHERE start = ? AND state = 'closed'",
-            time.time(),
-            json.dumps({"loops": written.loops, "failures": written.failures, "doubles": written.doubles}),
-            start,
-        )
+            "UPDATE window SET state = 'judged', judged = ?, body = json_patch(body, ?) "
+            "WHERE start = ? AND state = 'closed'",
+            time.time(), json.dumps(about), start,
+        )  # fmt: skip
         if is_new:
             update_alarms(store, config, rows, finish / 1e6)
     samples.delete(start)

@@ -232,9 +232,10 @@ class Watch:
             finish = start + self._length
             if not all(self._has_ended(finish / 1e6, is_last=is_last)):
                 return
-            gaps = [one.settings.address for one in self.collectors if not one.is_current]
+            gaps = [one.settings.address for one in self.collectors if one.has_gap(start, finish)]
             self.store.close_window(start, finish, {"sources with a gap": gaps})
-            self.report(f"Window {window_name(start)} is closed.")
+            missing = f"; values are missing of {', '.join(gaps)}" if gaps else ""
+            self.report(f"Window {window_name(start)} is closed{missing}.")
 
     def _has_ended(self, finish: float, *, is_last: bool) -> Iterator[bool]:
         """Of each source, whether nothing more of a window is waited for."""

@@ -116,7 +116,10 @@ async def read_pages(
 async def _read_history(
     client: Client, points: Sequence[tuple[str, bytes | None]], start: datetime, end: datetime, most: int
 ) -> Sequence[Any]:
-    """Results of one call for nodes with their continuation points, `most` values each [-]."""
+    """Results of one call for nodes with their continuation points, `most` values each [-].
+
+    A server without the service gives the same results as one that has no history of the nodes.
+    """
     ua = import_extra("asyncua.ua", "live")
     asked = ua.HistoryReadParameters(TimestampsToReturn=ua.TimestampsToReturn.Both, ReleaseContinuationPoints=False)
     asked.HistoryReadDetails = ua.ReadRawModifiedDetails(
@@ -125,7 +128,12 @@ async def _read_history(
     asked.NodesToRead = [
         ua.HistoryReadValueId(NodeId=ua.NodeId.from_string(node), ContinuationPoint=point) for node, point in points
     ]
-    return await client.uaclient.history_read(asked)
+    try:
+        return await client.uaclient.history_read(asked)
+    except ua.UaStatusCodeError as error:
+        if error.code not in (ua.StatusCodes.BadServiceUnsupported, ua.StatusCodes.BadHistoryOperationUnsupported):
+            raise
+        return [ua.HistoryReadResult(StatusCode=ua.StatusCode(error.code))] * len(points)
 
 
 def _values(result: Any) -> list[RawValue]:
