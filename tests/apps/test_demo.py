@@ -80,7 +80,7 @@ def test_wrong_verdict_is_marked(run, folder, plant, monkeypatch):
     done = run("demo", "--report", "table.html")
     [row] = [line for line in done.out.splitlines() if "WRONG" in line]
     assert re.split(r" {2,}", row.strip())[:2] == ["WRONG", healthy.record.tag]
-    assert "0 of 1 loops: the finding is right" in done.out
+    assert "0 of 1 loop: the finding is right" in done.out
     assert "Cannot tell whether the valve sticks" in (folder / "table.html").read_text()
 
 
