@@ -78,10 +78,7 @@ def _swings_between_limits(
     max_stay: float = 0.02,
     max_share: float = 0.9,
 ) -> bool:
-    """Whether OP goes to limits far apart [% of span] and back again and again, as in a loop unstable between them.
-
-    It is then still what the valve was sent, and the stays are part of the oscillation.
-    """
+    """Whether OP goes to limits far apart [% of span] again and again: these stays are part of the oscillation."""
     known = op[np.isfinite(op)]
     if known.size == 0 or float(np.ptp(known)) < min_swing:
         return False
@@ -143,11 +140,9 @@ def usable_segment(record: LoopRecord, window: tuple[int, int] | None = None) ->
 def forward_fill_sp(
     record: LoopRecord, first: int = 0, last: int | None = None
 ) -> tuple[NDArray[np.float64] | None, str]:
-    """Fill the gaps of a set point with its last value: a set point stored on change did not change.
+    """Hold the set point in its gaps, samples `first` to `last`; also the assumption made, if any.
 
-    `record`: a record of one loop. `first`, `last`: the samples ``first <= k < last`` to return; all by default. Gives
-    `sp`: the set point without gaps [engineering units]; before the first stored value it has that value. None when it
-    is unknown in their first half; `assumption`: what was assumed, in a sentence; empty when nothing was.
+    Before the first stored value it has that value; None when it is unknown in their first half.
     """
     if record.sp is None:
         return None, ""

@@ -13,10 +13,7 @@ __all__ = ["require_file_path", "require_new_file", "unwritable_error", "write_a
 
 
 def require_file_path(target: Path) -> None:
-    """Refuse the path of an output file that is a folder, or whose folder does not exist.
-
-    Raises RecordError when nothing can be written there.
-    """
+    """Refuse by a RecordError an output path that is a folder, or whose folder does not exist."""
     if target.is_dir():
         raise RecordError("cannot be written, because it is a folder; give the name of a file.", where=target)
     if not target.parent.is_dir():
@@ -27,10 +24,7 @@ def require_file_path(target: Path) -> None:
 
 
 def require_new_file(path: str | os.PathLike[str], *, folder: bool = True) -> Path:
-    """Return the path of an output file that does not exist yet; with `folder` its folder must exist.
-
-    Raises RecordError when the file exists, or nothing can be written there.
-    """
+    """Return a path where nothing exists; with `folder` its folder must exist. Else raises RecordError."""
     target = Path(path).expanduser()
     if target.exists():
         raise RecordError("exists and is not replaced", remedy="remove it, or give another path", where=target)
@@ -49,11 +43,7 @@ def unwritable_error(target: Path, error: OSError) -> RecordError:
 
 
 def write_atomically(text: str, path: str | os.PathLike[str]) -> Path:
-    """Write `text` as UTF-8 to `path`: a reader sees the old file or the new one, never a part.
-
-    `path`: file to write; its folder must exist. Raises RecordError when the folder is missing or cannot be written to;
-    nothing is left behind.
-    """
+    """Write UTF-8 so that a reader sees the old file or the new one; a RecordError leaves nothing behind."""
     target = Path(path)
     require_file_path(target)
     write_files({target: text.encode()})
@@ -61,10 +51,7 @@ def write_atomically(text: str, path: str | os.PathLike[str]) -> Path:
 
 
 def write_files(contents: dict[Path, bytes]) -> None:
-    """Write files, all of them or none; their folder is made if it does not exist.
-
-    Several files must be new. Raises RecordError when a file cannot be written; nothing is left behind.
-    """
+    """Write several new files or one, and their folder, all or none; raises RecordError where that fails."""
     drafts: dict[Path, Path] = {}
     placed: list[Path] = []
     target = next(iter(contents))

@@ -80,10 +80,7 @@ def check_maximum(
 def check_excluded(
     name: str, mask: NDArray[np.bool_], finding: str, *, reject: float, remedy: str, is_cut_too_short: bool
 ) -> CheckResult:
-    """Warn above 5 % of excluded samples; reject above a share [%], or when the rest is too short.
-
-    `finding` contains {share} and {segments} for the share of the samples and the number of segments.
-    """
+    """Warn above 5 % of excluded samples; reject above a share [%], or when the rest is too short."""
     percent = 100.0 * float(np.mean(mask)) if mask.size else 0.0
     finding = finding.format(share=f"{percent:.3g} %", segments=count_noun(len(run_bounds(mask)), "segment"))
     result = check_maximum(name, percent, "%", warn=5, reject=reject, finding=finding)

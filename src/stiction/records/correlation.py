@@ -33,11 +33,7 @@ MIN_BLOCK = 2048
 
 
 def lagged_products(x: NDArray[np.float64], y: NDArray[np.float64], lags: int) -> NDArray[np.float64]:
-    """Sum of x[k] y[k + lag] over k, for lag = 0, 1, ..., lags - 1.
-
-    `x`, `y`: signals without gaps, usually about their means [any unit]. `lags`: number of lags, at most `n_samples`
-    [samples]. Gives sums over the pairs of each lag [product of the units], shape (lags,).
-    """
+    """Sum x[k] y[k + lag] over k for `lags` lags from 0 [samples], shape (lags,); signals without gaps [any unit]."""
     n = x.shape[0]
     # Block by block, each with the lags after it: for few lags many times as fast as in one piece.
     size = next_fast_length(min(n, max(MIN_BLOCK, 4 * lags)) + lags)

@@ -37,10 +37,7 @@ def missing_mask(op: NDArray[np.float64], pv: NDArray[np.float64] | None = None)
 
 
 def forward_fill(x: NDArray[np.float64], *, fill_start: bool = False) -> NDArray[np.float64]:
-    """Replace each missing value by the last value before it, shape (n_samples,) [unit of `x`].
-
-    Missing values before the first value stay NaN, or get that first value with `fill_start`.
-    """
+    """Hold each value over the missing ones after it [unit of `x`]; with `fill_start` the first one before it too."""
     known = np.isfinite(x)
     if known.all():
         return x

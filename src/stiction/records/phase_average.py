@@ -36,11 +36,9 @@ class PhaseMeans(NamedTuple):
 
 
 def average_by_phase(x: NDArray[np.float64], band: NDArray[np.float64], samples_per_period: float) -> PhaseMeans:
-    """Average a signal by its phase in the cycles of another one (time-synchronous averaging).
+    """Average a signal [any unit] by its phase in the cycles of another one; without a cycle all means are 0.
 
-    `x`: signal that is averaged [any unit]. `band`: signal whose rises through zero begin the cycles [any unit].
-    `samples_per_period`: usual length of a cycle [samples]; cycles that differ from it by half or more are left out.
-    Gives the means; without a cycle all are 0.
+    Rises of `band` through zero begin the cycles; those that differ by half from `samples_per_period` are left out.
     """
     positive = band > 0.0
     at = np.flatnonzero(~positive[:-1] & positive[1:])

@@ -14,17 +14,11 @@ __all__ = ["quantiles", "robust_std"]
 
 
 def quantiles(x: NDArray[np.float64], *shares: float) -> tuple[float, ...]:
-    """Quantiles of a signal, NaN left out [unit of `x`]; NaN when all values are missing.
-
-    Much faster than `numpy.nanquantile`.
-    """
+    """Quantiles without NaN [unit of `x`], faster than `numpy.nanquantile`; NaN when all values are missing."""
     known = x[~np.isnan(x)]
     return tuple(np.quantile(known, shares).tolist()) if known.size else (math.nan,) * len(shares)
 
 
 def robust_std(x: NDArray[np.float64], centre: float | None = None) -> float:
-    """Standard deviation of a normal distribution with the same median absolute deviation [unit of `x`].
-
-    It is 1.4826 times the median of the distances from `centre`, by default the median. A few outliers have no effect.
-    """
+    """Standard deviation as 1.4826 times the median distance from `centre`, by default the median [unit of `x`]."""
     return 1.4826 * float(np.median(np.abs(x - (np.median(x) if centre is None else centre))))

@@ -34,11 +34,7 @@ def run_lengths(bounds: list[tuple[int, int]] | NDArray[np.int64]) -> NDArray[np
 def is_rarely_constant(
     lengths: NDArray[np.int64], samples: int, *, min_long_run: int = 12, max_share: float = 0.02, max_long_runs: int = 5
 ) -> bool:
-    """Whether a signal almost never repeats a value, apart from a few long runs.
-
-    `lengths` are its constant runs, of which those below `min_long_run` [samples] take less than `max_share` [-] of
-    all `samples`, and at most `max_long_runs` are longer.
-    """
+    """Whether constant runs below `min_long_run` take less than `max_share` of all `samples`, and few are longer."""
     short = lengths[lengths < min_long_run].sum()
     return bool(short < max_share * samples and np.count_nonzero(lengths >= min_long_run) <= max_long_runs)
 

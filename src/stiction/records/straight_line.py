@@ -27,11 +27,7 @@ class FittedLine(NamedTuple):
 
 
 def fit_line(x: NDArray, y: NDArray) -> FittedLine:
-    """Fit a straight line.
-
-    `x`, `y`, of shape (n_points,): points without gaps; at least two values of `x` differ [any units]. Gives the line
-    with the smallest sum of squared distances in `y`.
-    """
+    """Fit a line by least squares in `y`; at least two values of `x` differ [any units], and none is missing."""
     x_mean = x.mean()
     centred = x - x_mean
     return FittedLine(float(centred @ y / (centred @ centred)), float(x_mean), float(y.mean()))

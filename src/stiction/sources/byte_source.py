@@ -244,10 +244,7 @@ def source_name(path: Any) -> str:
 
 
 def list_files(source: str | os.PathLike[str], *, subfolders: bool = False) -> list[str]:
-    """List the files of a path, a folder or a pattern; hidden ones are left out.
-
-    Raises RecordError when the folder or the pattern has none.
-    """
+    """List the files of a path, folder or pattern without hidden ones; raises RecordError when there are none."""
     text = os.fspath(source)
     if os.path.isdir(text):
         inside = Path(text).rglob("*") if subfolders else Path(text).iterdir()

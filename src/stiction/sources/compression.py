@@ -53,10 +53,7 @@ class ByteLimit:
 def inflate(
     path: Path, head: bytes, limit: ByteLimit, make_folder: Callable[[], Path]
 ) -> list[tuple[str, Path]] | None:
-    """Decompress a file into a folder: name within the archive (empty for gz and zst) and file of each.
-
-    None when the file is not compressed, or is a workbook. `head` holds its first bytes; `limit` counts the bytes.
-    """
+    """Decompress into a folder, at most `limit` bytes: file of each name within the archive; None for other files."""
     if head.startswith(_GZIP):
         with gzip.open(path) as stream:
             return [("", _write(_chunks(stream), make_folder() / f"{path.name}.inflated", limit))]

@@ -51,13 +51,7 @@ class _File:
 
 
 def find_loops(source: Any, options: ReadOptions, **database: Any) -> Loops:
-    """Find the loops of a source without reading their signals, as far as its format allows.
-
-    Each file of several is read as it is alone; one that cannot be read is a failure of the source. `database` are
-    arguments of `stiction.sources.sql.read_database`.
-
-    Raises RecordError when nothing can be read.
-    """
+    """Find the loops of a source; raises RecordError if none can be read. `database`: arguments of `read_database`."""
     from stiction.sources.frame import frame_to_table
     from stiction.sources.layouts import read_layout
     from stiction.sources.roles.map_file import read_map

@@ -21,11 +21,9 @@ __all__ = ["frame_to_table"]
 
 
 def frame_to_table(frame: Any, name: str = "") -> RawTable:
-    """Make a table of a data frame of pandas, polars, pyarrow or another library that narwhals knows, with its types.
+    """Make a table of any data frame that narwhals knows, its pandas index a column.
 
-    The index of a pandas frame is a column where it holds anything but row numbers; column names of several levels are
-    joined by a dot. Units are read from ``frame.attrs["units"]`` (pandas) and from the fields' metadata (pyarrow). A
-    loop whose columns name none has the tag `name`, else ``frame.attrs["tag"]``, else "frame".
+    Units come from ``attrs["units"]`` or the fields of pyarrow; a loop without a tag has `name` or ``attrs["tag"]``.
     """
     attrs: dict[str, Any] = dict(getattr(frame, "attrs", None) or {})
     units = {join_levels(column): str(unit) for column, unit in dict(attrs.get("units") or {}).items()}

@@ -46,11 +46,9 @@ def complete_loops(
     options: ReadOptions,
     rows: Sequence[MapRow] | None,
 ) -> tuple[list[LoopRoles], RecordError | None]:
-    """Find the loops whose signals stand in several files, each of which lacks one that the other has.
+    """Find the loops whose signals stand in several files, else why there are none.
 
-    `incomplete` and `others` are the columns of each file without a loop, and of each with one; `loops` those of single
-    files, to which a set point, position or mode that they lack is added. Also gives why the files without a loop have
-    none together.
+    Columns of `incomplete` files have no loop; those of `others` add a set point, position or mode that `loops` lack.
     """
     pool = [column for columns in incomplete for column in columns]
     if rows is None:
@@ -113,10 +111,7 @@ def _join_pieces(columns: Sequence[TagColumn]) -> list[TagColumn]:
 
 
 def join_same_tags(loops: Sequence[LoopRoles]) -> list[LoopRoles]:
-    """Join the loops of one tag whose times follow each other, or whose values are equal where both have some.
-
-    Others stay apart: with the file in their tag where their values differ.
-    """
+    """Join loops of one tag that follow each other or are equal; if values differ, each has its file in its tag."""
     groups: dict[object, list[LoopRoles]] = defaultdict(list)
     for loop in loops:
         groups[loop.tag.casefold() or id(loop)].append(loop)

@@ -95,10 +95,7 @@ class Loops:
         raise IndexError(k)
 
     def read_all(self) -> tuple[list[LoopRecord], list[SourceFailure]]:
-        """Read all loops; also give the files and loops that could not be read.
-
-        Raises RecordError when the only loop of the only file cannot be read.
-        """
+        """Read all loops and what failed; raises RecordError when the only loop of the only file fails."""
         records, roles, failures = [], [], list(self.failures)
         is_single = len(self) == 1 and not failures
         if self._fits_at_once():
@@ -122,10 +119,7 @@ class Loops:
         return (_link_cascades(records, roles) if self.roles else records), failures
 
     def read(self) -> list[LoopRecord]:
-        """Read all loops. What cannot be read, while others can, is an assumption of the others.
-
-        Raises RecordError when no loop can be read.
-        """
+        """Read all loops; others that cannot be read are an assumption of these. Raises RecordError when none can."""
         records, failures = self.read_all()
         if not records:
             raise failures[0].error
@@ -143,10 +137,7 @@ class Loops:
                 table.keep_last(rows_that_fit(limit, 1 + len(columns)))
 
     def _fits_at_once(self) -> bool:
-        """Whether the columns of all loops, and then their records, fit into the memory.
-
-        Raises RecordError when not even the records do.
-        """
+        """Whether columns, then records, of all loops fit into the memory; RecordError if the records do not."""
         for loop in self.roles:
             self._fit_into_memory(loop)
         limit = memory_limit(self.options.max_memory)

@@ -26,10 +26,7 @@ FIXED_OFFSET = re.compile(r"([+-])(\d\d):(\d\d)")
 
 @dataclass(frozen=True)
 class ReadOptions:
-    """Options of `stiction.read`; see there.
-
-    Raises ParameterError when an option is outside its limits.
-    """
+    """Options of `stiction.read`, see there; raises ParameterError for one outside its limits."""
 
     dt: float | None = None
     tag: str | None = None

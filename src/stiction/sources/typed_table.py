@@ -37,11 +37,10 @@ def typed_table(
     max_bytes: int | None = None,
     keep: object = None,
 ) -> RawTable:
-    """Make a table of a polars frame; of a lazy one only the columns asked for are read.
+    """Make a table of a polars frame, of a lazy one only the columns asked for; it keeps `keep` alive.
 
-    `units` by heading are a second header row. The `metadata` of pandas give the index, the levels of column names and
-    ``attrs["units"]``. At most `max_bytes` are read at once, at 8 bytes a cell. The table keeps `keep` alive, such as a
-    temporary file. `sample` holds fewer rows of a wide table, and of columns of floats only the first ones.
+    `units` by heading are a second header row; `metadata` of pandas give index, levels and units. At most `max_bytes`
+    are read at once. The sample has fewer rows of a wide table, and of floats only the first columns.
     """
     lazy = frame.lazy()
     with damage_refused(origin.name):

@@ -1,9 +1,4 @@
-"""Data checks, a page for each fault: what finds it, its limits, and its sentences.
-
-What finds a fault is a function of signals with its thresholds as keyword arguments, and gives a mask or a number.
-
-`stiction.records.assess_quality` applies them all to a record.
-"""
+"""Data checks, a page for each fault; `stiction.records.assess_quality` applies them all to a record."""
 
 from stiction.records.quality.clock_jumps import find_discontinuities
 from stiction.records.quality.compression import controller_saw_hold, count_interpolated, exception_deviation

@@ -166,14 +166,10 @@ def exception_deviation(
 def is_stored_on_change(
     x: NDArray[np.float64], t: NDArray[np.float64], *, min_values: int = 12, min_ratio: float = 0.3
 ) -> bool:
-    """Say whether values were stored only when the signal had changed, so that it stood still between them.
+    """Say whether values [any unit] at times `t` [s] were stored only when the signal had changed.
 
-    `x`, `t`, of shape (n_values,): the stored values [any unit] and their times [s]. `min_values`: fewest values [-].
-    `min_ratio`: smallest ratio of the 5 % quantile of the changes to their median, where they are no quantisation steps
-    [-].
-
-    No value repeats the one before; the changes are a deviation or more, or few quantisation steps, and, unlike those
-    of a signal of which values were lost, do not grow with the time between them.
+    No value repeats the one before; changes are a deviation or more (their 5 % quantile is `min_ratio` of the median),
+    or few quantisation steps, and do not grow with the time between them, as where values were lost.
     """
     known = np.isfinite(x) & np.isfinite(t)
     changes, gaps = np.abs(np.diff(x[known])), np.diff(t[known])

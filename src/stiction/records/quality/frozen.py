@@ -192,10 +192,7 @@ def check_outages(op: NDArray[np.float64], pv: NDArray[np.float64], dt: float) -
 def _long_runs(
     unchanged: NDArray[np.bool_], constant: NDArray[np.int64], if_moving: int, usual: int
 ) -> NDArray[np.bool_]:
-    """Mark the long ones of constant runs, when they are at most five and all others at most a quarter as long.
-
-    `if_moving` samples are long when almost no other sample is `unchanged`, else `usual` ones.
-    """
+    """Mark at most five constant runs, four times as long as all others and `usual` or `if_moving` samples long."""
     mask = np.zeros(unchanged.size, dtype=bool)
     lengths = run_lengths(constant)
     others_unchanged = np.count_nonzero(unchanged) - lengths[lengths >= if_moving].sum()

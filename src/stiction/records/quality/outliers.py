@@ -81,10 +81,7 @@ def find_outliers(
 def find_record_outliers(
     signals: Mapping[str, NDArray[np.float64]], sp: NDArray[np.float64] | None = None, *, samples_per_value: int = 1
 ) -> dict[str, NDArray[np.bool_]]:
-    """Mark the outliers of OP, PV and valve position (`op`, `pv`, `mv`) of one loop, shape (n_samples,) each.
-
-    An OP far from all others is no outlier within two samples of a step of the set point, or of a spike of PV.
-    """
+    """Mark outliers of `op`, `pv`, `mv`, shape (n_samples,); none of OP beside a step of SP or a spike of PV."""
     masks = {
         name: find_outliers(
             x,
@@ -120,10 +117,7 @@ def check_outliers(pv: NDArray[np.float64] | None, removed: int, samples_per_val
 def _find_codes(
     x: NDArray[np.float64], distance: float, limits: tuple[int, int, int, float]
 ) -> tuple[NDArray[np.bool_], tuple[float, float]]:
-    """Mark a smallest or largest value that comes again and again, mostly alone: a code for a bad value.
-
-    The usual range of the other values is given too.
-    """
+    """Mark an extreme value that comes again, mostly alone: a bad value; also give the range of the others."""
     codes = np.zeros(x.size, dtype=bool)
     if not x.size:
         return codes, (0.0, 0.0)

@@ -60,10 +60,7 @@ def check_cycles(duration: float, period: float) -> CheckResult:
 
 
 def check_averages(spread: float) -> CheckResult | None:
-    """Movement within the intervals of which the source gives averages, over the range of these [-].
-
-    A sine of four averages a cycle moves by half of that range within an interval.
-    """
+    """Movement within the intervals of averages over their range [-]: half for a sine of four averages a cycle."""
     if not spread:
         return None
     return check_maximum(

@@ -205,10 +205,7 @@ def check_storage_rate(op: NDArray[np.float64], pv: NDArray[np.float64]) -> Chec
 
 
 def _stored(x: NDArray[np.float64], min_left_out: float, min_move: float) -> tuple[NDArray[np.bool_], bool]:
-    """Where a signal was stored, shape (n_samples,), and whether it is held between (else drawn as lines).
-
-    A value beside a gap counts as left out: it may repeat one that was stored in the gap.
-    """
+    """Where a signal was stored, gaps' neighbours left out, and whether it is held between (else drawn as lines)."""
     finite = np.isfinite(x)
     known = x[finite]
     step, width = (quantisation_step(known), peak_to_peak(known)) if known.size else (0.0, 0.0)

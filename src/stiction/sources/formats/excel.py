@@ -47,11 +47,7 @@ def recognises(head: bytes, name: str) -> bool:
 
 
 def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
-    """Read the visible sheets of a workbook that hold a table, or `options.sheet`, which may be hidden.
-
-    Columns of numbers or of times have these types; others are text. A formula gives the value that was stored with it.
-    Of several tables, each is named after its sheet.
-    """
+    """Read the visible sheets that hold a table, or `options.sheet`; of several, each is named after its sheet."""
     from python_calamine import CalamineError, CalamineWorkbook, PasswordError, SheetTypeEnum, SheetVisibleEnum
 
     name = source.origin.name

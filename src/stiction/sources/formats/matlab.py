@@ -36,11 +36,7 @@ HEADING_NAMES = ("names", "colheaders", "headers", "header", "columns", "tags", 
 
 
 def find_loops(path: str, fields: dict[str, Any]) -> Iterator[tuple[str, dict[str, np.ndarray]]]:
-    """Find the structures that hold vectors of one length, the outermost first: path and columns of each.
-
-    A single number `Ts` gives a column ``time_s`` where there is no time; a set point that is a single number stands
-    for all samples.
-    """
+    """Find structures of vectors of one length: path and columns; `Ts` gives ``time_s`` where there is no time."""
     if columns := _find_columns(fields):
         yield path, columns
     for name, value in fields.items():
@@ -107,11 +103,7 @@ def recognises(head: bytes, name: str) -> bool:
 
 
 def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
-    """Read a MATLAB file: a table for each structure or matrix that holds signals, or the one of `options.tag`.
-
-    Each is named by the path of its structure, such as ``chemicals.loop1``, without the outermost variable when there
-    is only one. Time is computed from a single number `Ts` where there is no vector of times.
-    """
+    """Read a table, named by its path, of each structure or matrix that holds signals, or of `options.tag`."""
     is_hdf5 = source.head.startswith(HDF5_START) or source.head[512:520] == HDF5_START
     variables = _load_hdf5(source, options) if is_hdf5 else _load(source, options)
     loops = list(find_loops("", variables))

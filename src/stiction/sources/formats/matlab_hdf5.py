@@ -24,11 +24,7 @@ class _FieldOfArray(list):
 
 
 def read_group(group: Any, name: str, max_bytes: int, depth: int = 0) -> dict[str, Any]:
-    """Read the variables of a file, or the fields of a structure within `depth` others, each at most `max_bytes` large.
-
-    A value is a number, a text, an array in MATLAB's order, a dict (structure) or a list (cells, structure array).
-    Links to other files are not followed.
-    """
+    """Read the variables of a file, or fields of a structure, `max_bytes` each; links are not followed."""
     keys = [key for key in group if not key.startswith("#")] if depth <= MAX_DEPTH else []
     own = [key for key in keys if isinstance(group.get(key, getlink=True), h5py.HardLink)]
     return {key: _read_item(group[key], name, max_bytes, depth) for key in own}

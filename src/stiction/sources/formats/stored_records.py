@@ -59,10 +59,7 @@ class StoredRecords:
 
 
 def open_records(path: str | os.PathLike[str], keep: object = None) -> StoredRecords | None:
-    """Open a file of records; None when it is no such file, or its rows were changed since it was written.
-
-    `keep` must live as long as the file is read.
-    """
+    """Open records, with `keep` while they are read; None if it is no such file, or its rows were changed since."""
     try:
         stored = json.loads(pl.read_parquet_metadata(Path(path)).get(METADATA_KEY, "null"))
         if not isinstance(stored, dict) or stored.get("form") != FORMAT_VERSION:

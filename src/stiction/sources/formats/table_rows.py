@@ -50,10 +50,7 @@ class Dialect:
 
 
 def find_table(rows: list[list[str]], decimal: str | None, *, delimiter: str = "") -> Dialect | None:
-    """Find the table in the first rows of a source; None when there is no row of numbers.
-
-    `decimal` is the decimal mark when it is known, `delimiter` what the cells were split by, empty for a spreadsheet.
-    """
+    """Find the table in the first rows; None without numbers. `delimiter` is empty for a spreadsheet."""
     best: Dialect | None = None
     for mark in (decimal,) if decimal else (".", ","):
         words = ["".join(_letter(cell, mark, delimiter) for cell in row) for row in rows]
@@ -138,10 +135,7 @@ def _likeness(word: str, usual: str, key: int | None) -> float:
 def _split_header(
     rows: list[list[str]], words: list[str], width: int, data: list[str]
 ) -> tuple[list[list[str]], list[list[str]]]:
-    """Split the rows above the data into header rows, as wide as the data, and others.
-
-    A title block has a value after the word in the first cell, or a blank line between it and the header.
-    """
+    """Split the rows above the data into header rows, as wide as the data, and a title block and other lines."""
     positions: list[int] = []
     header: list[list[str]] = []
     for i in reversed(range(len(rows))):

@@ -42,11 +42,7 @@ def split_lines(lines: Sequence[str], delimiter: str) -> tuple[list[list[str]], 
 
 
 def sniff_text(name: str, lines: list[str], delimiter: str | None, decimal: str | None) -> Dialect:
-    """Find the dialect of a text from its first lines.
-
-    Raises RecordError when there is no row of numbers, or one name less than there are columns, or commas split
-    numbers.
-    """
+    """Find the dialect by the first lines; raises RecordError without numbers, or if names or commas do not fit."""
     if lines and (match := re.fullmatch(r'"?sep=(.)"?\s*', lines[0], re.IGNORECASE)):
         delimiter = delimiter or match[1]
         lines = ["\n", *lines[1:]]

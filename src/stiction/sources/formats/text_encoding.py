@@ -42,11 +42,7 @@ def find_encoding(head: bytes) -> str | None:
 
 
 def to_utf8(source: ByteSource, encoding: str) -> tuple[Path, str]:
-    """Give a file with the text in UTF-8 and its true encoding.
-
-    The file is the source itself when it is UTF-8 already and its lines end with a line feed, or with carriage return
-    and line feed.
-    """
+    """Give a file in UTF-8 with LF or CR LF, which may be the source itself, and its true encoding."""
     if encoding == "utf-8":
         encoding, is_plain = _check_utf8(source.path)
         if is_plain:

@@ -1,7 +1,4 @@
-"""Rows of a text table: all get the same number of cells, and every repair is counted.
-
-Only rows that need a repair are split in Python, and the file is copied only when there is one.
-"""
+"""Rows of a text table: those without the usual number of cells are repaired in a copy, and counted."""
 
 from __future__ import annotations
 
@@ -35,10 +32,7 @@ _NEWLINE, _QUOTE, _RETURN, _SPACE = b'\n"\r '
 
 @dataclass
 class RowRepair:
-    """Checks the rows of a UTF-8 file, and repairs them in a copy.
-
-    Raises RecordError when a line is too long, or a cell in quotes goes on over the next line.
-    """
+    """Checks the rows of a UTF-8 file; raises RecordError when a line is too long, or a quote goes on over lines."""
 
     name: str
     """Name of the source for messages."""
@@ -228,10 +222,7 @@ def find_cut_off(path: Path, delimiter: str, skip_lines: int) -> tuple[int, str]
 
 
 def is_cut_off(row: Sequence[str], before: Sequence[Sequence[str]], *, min_rows: int = 20) -> bool:
-    """Whether the last row of a file is incomplete: it has less than all rows before it.
-
-    From `min_rows` rows with equally many decimals on, fewer decimals mean an incomplete number.
-    """
+    """Whether the last row has fewer cells than all others, or fewer decimals than the `min_rows` rows before."""
     if before and all(len(row) == len(other) - 1 and not other[-1].strip() for other in before):
         before = [other[:-1] for other in before]  # a delimiter ends each row, and need not end the last
     ends = [other[-1].strip() for other in before if len(other) == len(row)]

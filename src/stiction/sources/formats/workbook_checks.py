@@ -70,10 +70,7 @@ def require_size(source: ByteSource) -> None:
 
 
 def require_survivable(source: ByteSource) -> None:
-    """Open a workbook in another process first: on some damaged ones calamine ends the process for lack of memory.
-
-    Raises ValueError where calamine panics, so that its words about that do not go to the user's terminal.
-    """
+    """Open a workbook in another process first, which it may end for lack of memory; a panic is a ValueError."""
     try:
         command = [sys.executable, "-c", TRIAL, source.path, str(MAX_TRIAL_BYTES)]
         trial = subprocess.run(command, capture_output=True, check=False, timeout=TRIAL_SECONDS)

@@ -58,11 +58,7 @@ def register_layout(layout: Layout) -> None:
 
 
 def read_layout(tables: Sequence[RawTable], options: ReadOptions) -> list[TagColumn]:
-    """Give all columns of the tables of a source that are not time, in the order of the source.
-
-    The tables are one file, the files of a folder or an archive, or the sheets of a workbook. Columns with the same
-    clock have the same rows; the columns of one loop may come from several tables.
-    """
+    """Give the columns of all tables that are not time, in order; columns with the same clock have the same rows."""
     columns: list[TagColumn] = []
     for table in _join_pieces(tables):
         table = take_averages(table, options)

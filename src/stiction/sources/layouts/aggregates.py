@@ -28,10 +28,7 @@ __all__ = ["take_averages"]
 
 
 def take_averages(table: RawTable, options: ReadOptions) -> RawTable:
-    """Give a table with one value of each signal and interval; the same table where it holds no aggregates.
-
-    A column that the user names, or a signal that stands beside its aggregates, is kept as it is.
-    """
+    """Give a table with one value of each signal and interval; a column that the user names is kept."""
     table = _average_rows(table)
     names, units, descriptions = table_headings(table)
     split = [split_aggregate(name) for name in names]

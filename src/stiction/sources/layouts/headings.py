@@ -45,11 +45,7 @@ _HEADINGS: WeakKeyDictionary[RawTable, HeaderNames] = WeakKeyDictionary()
 
 
 def table_headings(table: RawTable) -> HeaderNames:
-    """Give the column names, units and descriptions of a table, each `table.width` long.
-
-    Rows above the header are tried too where the header itself names neither a signal nor a time: markers such as
-    ``#TYPES`` may stand between the names and the data (Ignition).
-    """
+    """Give names, units and descriptions, `table.width` long, also by rows above a header without a signal."""
     if table not in _HEADINGS:
         header = tuple(tuple(row) for row in table.header if not _are_types(row))
         found = _header_names(header)
@@ -117,10 +113,7 @@ def is_stamp_column(table: RawTable, position: int) -> bool:
 def find_clock(
     table: RawTable, options: ReadOptions, *, taken: Iterable[int] = (), only: int | None = None
 ) -> tuple[Clock | None, set[int]]:
-    """Find the time of the rows, and the columns that hold time or count the samples, and so no signal.
-
-    `taken` columns hold something else; `only` is the one column that may be time. The clock is None without time.
-    """
+    """Find the time of the rows (or None), in `only` if given, and all columns of time or counts but `taken` ones."""
     names, units, _ = table_headings(table)
     if only is not None:
         taken = set(range(table.width)) - {only}

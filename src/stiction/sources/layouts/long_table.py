@@ -196,11 +196,7 @@ def find_series_columns(
     max_columns: int = 3,
     max_double_share: float = 0.01,
 ) -> list[int]:
-    """Find the columns without which a series, named by the texts of `keys`, has several rows at one time.
-
-    Of the `free` columns those are added that leave the fewest double rows, until at most `max_double_share` of the
-    rows are double [-]; none where they do not suffice. Columns of names go before columns of numbers.
-    """
+    """Find the fewest `free` columns, names first, with which at most `max_double_share` of the rows [-] are double."""
     finite = pl.Series(np.isfinite(seconds))
     frame = pl.DataFrame({**{key: texts[key] for key in keys}, "time": seconds}).filter(finite)
 

@@ -70,10 +70,7 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
 
 
 def _are_loops(groups: pl.DataFrame, frame: pl.DataFrame, *, min_named_share: float = 0.9) -> bool:
-    """Whether names are tags, not batches or operators: they say what is controlled, or have rows at the same time.
-
-    Loops with enough rows hold `min_named_share` of all rows [-].
-    """
+    """Whether names are loops, not batches: known words or equal times, with `min_named_share` of the rows [-]."""
     sizes = groups["row"].list.len()
     if sizes.filter(sizes >= MIN_LOOP_ROWS).sum() < min_named_share * frame.height:
         return False

@@ -20,10 +20,7 @@ __all__ = ["read", "recognises"]
 
 
 def recognises(table: RawTable, options: ReadOptions) -> bool:  # noqa: ARG001
-    """Whether a line above the data names a tag, and a line among the data names another one.
-
-    A block has at most a date, a clock, a value and a quality.
-    """
+    """Whether lines above and among the data name two tags, over at most date, clock, value and quality."""
     if table.width > 4 or not (first := headings.last_tag(table)):
         return False
     return any(name not in ("", first) for _, name, _ in _lines_between(table))

@@ -32,10 +32,7 @@ __all__ = ["read", "recognises"]
 
 
 def recognises(table: RawTable, options: ReadOptions) -> bool:
-    """Whether several columns of time stand in the table, each before columns of signals, under the same heading.
-
-    That heading may also be blank, or name the signal.
-    """
+    """Whether several columns of time stand before signals, their headings equal, blank or the name of the signal."""
     return "time" not in options.columns and len(_time_positions(table)) > 1
 
 

@@ -95,10 +95,7 @@ def _is_quality_of(quality: TagColumn, column: TagColumn, qualities: Sequence[Ta
 
 
 def _find_sparse(table: RawTable, columns: Sequence[TagColumn], *, min_full_share: float = 0.95) -> list[TagColumn]:
-    """Columns that were stored at times of their own, or when they changed; else none where OP and PV share most rows.
-
-    A column with a value in `min_full_share` of the rows [-] has the times of the table.
-    """
+    """Columns filled in less than `min_full_share` of the rows [-]; none where OP and PV share most rows."""
 
     def written(column: TagColumn) -> list[bool]:
         i = column.position or 0

@@ -38,11 +38,7 @@ MAX_LISTED = 20
 def assign_roles(
     columns: Sequence[TagColumn], options: ReadOptions, map_rows: Sequence[MapRow] | None = None, name: str = ""
 ) -> list[LoopRoles]:
-    """Give each column of a source but its time columns its role in a loop.
-
-    `options.columns` names the column of a role and `options.tag` the loop that is wanted. When they name a PV, an OP
-    or another number, only the loop of these columns is given. A mapping file settles all roles.
-    """
+    """Give each column its role by the map, else by name; `options.columns` or `options.tag` choose one loop."""
     if not columns:
         raise RecordError("has no columns except the time; export PV and OP of a loop.", where=name or "The source")
     source = columns[0].table.origin.name
@@ -212,10 +208,7 @@ def _choose_loop(loops: list[LoopRoles], options: ReadOptions, source: str) -> l
 
 
 def _name_unused(columns: Sequence[TagColumn], loops: list[LoopRoles], wanted: LoopRoles | None) -> None:
-    """Name each unused column in the loop of its tag or number, or in that of the next used column to its left.
-
-    Where the user names the columns of the `wanted` loop, those of all others are unused too.
-    """
+    """Name each unused column in the loop of its tag or number, or of the next used column to its left."""
 
     def number_of(tag: str) -> tuple[str, ...]:
         parts = parse_instrument_tag(tag)

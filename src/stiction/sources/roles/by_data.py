@@ -25,10 +25,9 @@ MIN_ROWS = 50
 
 
 def unexplained_by_pi(op: NDArray[np.float64], pv: NDArray[np.float64], sp: NDArray[np.float64] | None = None) -> float:
-    """Give the share of the variance of OP's moves that a PI controller of PV leaves unexplained [-].
+    """Share of the variance of OP's moves that a PI controller of PV leaves unexplained [-].
 
-    It is one minus the coefficient of determination of ``dOP = a de + b e + c``, with the error e of the same sample or
-    of the one before, whichever explains more; 1 when OP does not move. A set point that is left out is constant.
+    With the error of the same sample or the one before, whichever explains more; 1 when OP does not move.
     """
     error = pv if sp is None else pv - sp
     least = 1.0
@@ -46,10 +45,9 @@ def unexplained_by_pi(op: NDArray[np.float64], pv: NDArray[np.float64], sp: NDAr
 def find_roles_by_data(
     columns: Sequence[TagColumn], known: dict[str, TagColumn], *, max_unexplained: float = 0.05, min_ratio: float = 4.0
 ) -> tuple[dict[str, TagColumn], str]:
-    """Find PV, OP and SP among columns without a role, and give a note; empty when no choice is clearly the best.
+    """Find PV, OP and SP among columns without a role, and give a note; empty without a clear choice.
 
-    A PI controller of the PV leaves at most `max_unexplained` of the moves of OP unexplained [-], and `min_ratio` times
-    as much with any other choice [-].
+    A PI controller leaves at most `max_unexplained` of OP's moves [-], and `min_ratio` times as much with others [-].
     """
     if not 0 < len(columns) <= 8 or {"pv", "op"} <= known.keys():
         return {}, ""

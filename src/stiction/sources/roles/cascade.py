@@ -27,11 +27,10 @@ def find_secondary_tags(
     max_rounding: float = 0.05,
     min_known: float = 0.9,
 ) -> list[str]:
-    """Find for each loop of a source the loop whose set point is its OP, by its tag; "" where there is none.
+    """Find for each loop the tag of the loop whose set point is its OP; "" where there is none.
 
-    `masters` gives the master of a loop, by the map; for these nothing is guessed. OP takes `min_values` values [-], so
-    that its likeness to a set point is no chance; both are known in `min_known` of the samples [-], and rounding is at
-    most `max_rounding` of the range of the set point [-].
+    Those in `masters` are known. OP takes `min_values` values, both are known in `min_known` of the samples [-], and
+    rounding is at most `max_rounding` of the range of the set point [-].
     """
     masters = {tag.lower(): master for tag, master in (masters or {}).items() if master}
     tags = {record.tag.lower() for record in records}

@@ -145,10 +145,7 @@ def split_aggregate(name: str) -> tuple[str, str]:
 
 
 def header_names(header: Sequence[Sequence[str]]) -> HeaderNames:
-    """Choose names, units and descriptions out of the header rows of a table, in any order.
-
-    The tag may also stand in one row and the signal in the next.
-    """
+    """Choose names, units and descriptions out of header rows in any order; tag and signal may be in two."""
     from stiction.sources.time.time_columns import is_time_heading
 
     if not header:

@@ -22,10 +22,7 @@ _BLOCK = re.compile(r"/P?ID\w*$|/PID_\w+$|\.PIDA$", re.IGNORECASE)
 
 
 def group_columns(columns: Sequence[TagColumn]) -> tuple[list[TagGroup], list[TagColumn]]:
-    """Group columns by tag, and give each its role; also give the columns whose names hold no word of a signal.
-
-    The group without a tag has the tag "", or the stem of its file when the source has several tables.
-    """
+    """Group columns by tag ("", or the file where there are several) and role; give those without a known word too."""
     groups: dict[str, TagGroup] = {}
     bare: list[TagColumn] = []
     several = len({id(column.table) for column in columns}) > 1
@@ -61,10 +58,7 @@ def group_columns(columns: Sequence[TagColumn]) -> tuple[list[TagGroup], list[Ta
 
 
 def flag_role(name: str, cells: Sequence[str]) -> str:
-    """Give the role of a column of flags, "quality" or "bad", by its heading or by the words in it; empty for others.
-
-    `cells` are some of its cells without the empty ones.
-    """
+    """Role of a column of flags, "quality" or "bad", by its heading or the words in `cells`; else empty."""
     pair = parse_column_name(name)
     role = role_of(pair[1]) if pair else ""
     if role in FLAG_ROLES:

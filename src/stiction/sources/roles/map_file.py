@@ -147,10 +147,7 @@ def _check(rows: list[MapRow], path: str) -> None:
 
 
 def apply_map(columns: Sequence[TagColumn], rows: Sequence[MapRow]) -> list[LoopRoles]:
-    """Give the columns the roles of a mapping file: one `LoopRoles` for each loop, in the order of the map.
-
-    A loop of which the source has no column is left out with a note, unless it has none of any loop.
-    """
+    """Give a `LoopRoles` for each loop of the map, in its order; loops without columns are noted, unless all are."""
     by_name = {column_label(column).strip().lower(): column for column in reversed(columns)}
     present = {row.loop.lower() for row in rows if row.tag.lower() in by_name}
     used = [row for row in rows if row.loop.lower() in present]

@@ -1,7 +1,4 @@
-"""Groups of columns that are one loop, by their tags or descriptions.
-
-FT, FIC and FV 4101 measure, control and move the same flow (ISA-5.1); so do "Reflux flow PV" and "Reflux valve OP".
-"""
+"""Groups of columns that are one loop by their tags (ISA-5.1: FT, FIC, FV 4101) or descriptions."""
 
 from __future__ import annotations
 
@@ -40,11 +37,7 @@ _ORDER = ("controller", "position", "measurement", "valve", "alone")
 
 
 class InstrumentTag(NamedTuple):
-    """A tag by ISA-5.1: area before the letters, measured variable, kind of instrument, loop number and its letter.
-
-    The variable is the first letter with the modifier D, F or Q after it, so that PD is a pressure difference. A kind
-    is "controller", "measurement", "valve" (also the converter in front of it) or "position".
-    """
+    """Tag by ISA-5.1; the variable keeps D, F or Q, the kind is controller, measurement, valve or position."""
 
     area: str
     variable: str
@@ -138,11 +131,7 @@ def _join(parts: list[tuple[str, TagGroup]]) -> TagGroup | None:
 
 
 def pair_by_description(groups: list[TagGroup]) -> None:
-    """Join a group with a PV and one with an OP whose tags or descriptions name the same place, in place.
-
-    A group that has only a set point or a valve position joins the loop of the same place. The one PV and the one OP
-    of a source are joined as well, unless the numbers of their tags say that they belong to different loops.
-    """
+    """Join groups whose tags or descriptions name the same place, or the only PV and OP, in place."""
     measured = [group for group in groups if "pv" in group.columns and "op" not in group.columns]
     moved = [group for group in groups if "op" in group.columns and not {"pv", "mv"} & group.columns.keys()]
     pairs = _unique_pairs(measured, moved)

@@ -48,10 +48,7 @@ def without_unit(name: str) -> str:
 
 
 def loop_type_of(tag: str, *, numbered: bool = False) -> str:
-    """Give the loop type that a tag names by ISA-5.1 letters or in one plain word, else "other".
-
-    `numbered` accepts letters only when a number follows them, for a text that may be a word, such as a file name.
-    """
+    """Loop type by ISA-5.1 letters (`numbered`: only before a number) or one plain word, else "other"."""
     if found := (_NUMBERED if numbered else _FUNCTION_LETTERS).search(tag.upper()):
         return _LOOP_TYPES[found.group(1)]
     words = set(_TYPES_IN_WORDS.findall(tag.upper()))

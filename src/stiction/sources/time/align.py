@@ -55,11 +55,10 @@ def align_tags(
     name: str = "source",
     first_line: int = 1,
 ) -> AlignedTags:
-    """Put tags with time stamps of their own on one even grid; tags with the same `Stamps` object are sorted once.
+    """Put tags with stamps of their own on one even grid of `dt` [s], by default the shortest time between scans.
 
-    `dt` [s] is the shortest time between two scans of a tag when not given. A value is held ("last") and a line drawn
-    ("interpolate") for `max_gap` [s]; when not given, for 20 times the usual step (the 90th percentile) of the tag, or
-    of all tags together if that is longer.
+    Values are held ("last") or interpolated for `max_gap` [s], by default 20 usual steps (the 90th percentile) of the
+    tag, or of all tags if that is longer.
     """
     kinds = sorted({tag.stamps.kind for tag in tags})
     if len(kinds) > 1:

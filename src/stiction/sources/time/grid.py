@@ -1,8 +1,4 @@
-"""From the stamps as recorded to an even grid.
-
-Samples are picked, never interpolated: a line between two samples of OP would invent a movement of the valve that the
-controller did not ask for.
-"""
+"""From recorded stamps to an even grid: samples are picked, as a line would invent a movement of the valve."""
 
 from __future__ import annotations
 
@@ -63,12 +59,10 @@ def regular_grid(
     max_hold: float | None = None,
     rows_differ: RowsDiffer | None = None,
 ) -> Grid:
-    """Lay an even grid over the stamps; the notes of the stamps are not repeated.
+    """Lay an even grid of `dt`, by default the median step [s], over the stamps; notes of these are not repeated.
 
-    `dt` [s] is the median step when not given. Stamps that do not fit it are taken as wrong: the rows are then `dt`
-    apart in the order they come, unless there is a `max_hold` [s], over which a value stands where rows are written
-    when a value changes; when not given, an unevenly recorded value stands for ten periods. `rows_differ` tells for
-    pairs of rows whether they have other values; all do when not given.
+    Rows whose stamps do not fit are `dt` apart in their order, but a value stands for `max_hold` [s], by default ten
+    periods if uneven, in rows written on change. `rows_differ` tells whether pairs of rows do; by default all.
     """
     n_rows, t = len(stamps.seconds), stamps.seconds[np.isfinite(stamps.seconds)]
     if dt is not None and (len(t) < 2 or np.ptp(t) == 0.0):

@@ -102,11 +102,7 @@ def _parse_date_and_clock(dates: pl.Series, clocks: pl.Series, options: ReadOpti
 
 
 def localise(stamps: Stamps, timezone: str) -> Stamps:
-    """Convert wall-clock stamps to UTC; stamps of another kind are returned as they are.
-
-    Of two passes through a repeated hour the first is summer time; a single pass goes to the side where it leaves the
-    smaller gap.
-    """
+    """Wall-clock stamps as UTC; of a repeated hour summer time is first, or a single pass leaves the smaller gap."""
     if stamps.kind != "local":
         return stamps
     rows = np.flatnonzero(np.isfinite(stamps.seconds))

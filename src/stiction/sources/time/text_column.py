@@ -35,10 +35,7 @@ _DATE_ORDERS = {
 
 
 def parse_text_stamps(cells: pl.Series, *, day_first: bool | None = None, time_format: str | None = None) -> Stamps:
-    """Parse a column of dates with or without a zone, of times of day, or of elapsed times.
-
-    `day_first` tells whether 01/02/2026 is the first of February; when None, the other dates tell, or it is assumed.
-    """
+    """Parse dates, times of day or elapsed times; `day_first` for 01/02/2026, by the other dates when None."""
     head = cells.head(SNIFF_ROWS).drop_nulls()
     if (head != head.str.strip_chars()).any():  # a copy of a long column takes much memory
         cells = cells.str.strip_chars()
@@ -152,11 +149,9 @@ def _parse_elapsed(cells: pl.Series, sample: Sequence[str]) -> Stamps | None:
 
 
 def choose_date_order(texts: Sequence[str], has_am_pm: bool, notes: list[str]) -> str:
-    """Choose the order of the numbers of dates such as 01/02/26, given the distinct texts in the order of the file.
+    """Choose the order of dates such as 01/02/26 by their distinct texts; `notes` says if another fits too.
 
-    The order is taken that reads most dates; then points mean the day first; then the one in which the days follow
-    each other; then a likely year (2010 to 2039); then month first where the clock has AM and PM. `notes` gets a
-    sentence when another order would read all dates too.
+    First of: most dates read, points (day first), days in sequence, a year 2010 to 2039, AM and PM (month first).
     """
     found = [match[0] for text in texts if (match := re.search(r"\b\d\d?[-/.]\d\d?[-/.](?:\d{4}|\d\d)\b", text or ""))]
     days = [*dict.fromkeys(found)]

@@ -75,11 +75,7 @@ def _month_number(name: str) -> int:
 
 
 def parse_day(text: str, order: str) -> tuple[float, str]:
-    """Parse a rewritten cell in which `@` stands for the time of day: seconds since 1970, and the zone.
-
-    The seconds are NaN when it names no day. The zone is "UTC" when the cell gives the offset, which the seconds then
-    include, an abbreviation such as "CET", or empty.
-    """
+    """Seconds since 1970 [s] of a cell with `@` for the time, NaN if no day, and its zone: UTC, as "CET", or empty."""
     zone, offset, found = "", 0.0, _ZONE.search(text)
     if found and not _month_number(found["name"] or ""):
         zone = found["name"] or ""

@@ -73,10 +73,7 @@ def find_time_columns(
     options: ReadOptions,
     taken: Collection[int] = (),
 ) -> TimeColumns:
-    """Find the time columns of a table by its headings, units and first rows; `taken` columns hold something else.
-
-    A column that the user names as time wins; a `time_format` tells a date beside a time of day.
-    """
+    """Find the time columns, but `taken` ones, by headings, units and first rows, unless named by the user."""
     names = [*headings, *[""] * (table.width - len(headings))]
     free = [i for i in range(table.width) if i not in taken]
     if "time" in options.columns:
@@ -107,10 +104,7 @@ def find_time_columns(
 
 
 def missing_time_error(table: RawTable, headings: Sequence[str], used: Collection[int]) -> RecordError:
-    """Make the error for a table without a time column and a sampling period: it names a column that may be the time.
-
-    `headings` is empty when there is no header; `used` columns hold signals.
-    """
+    """Make the error for a table without time or period: it names a column that may be time, of no `used` one."""
     give_dt = ("give the sampling period with ", Setting("dt"), " in seconds")
     has_index = bool(table.header) and 0 not in used and _heading_word("".join(headings[:1])) in INDEX_WORDS
     for i in sorted({*range(int(has_index), table.width)} - {*used}):

@@ -35,12 +35,9 @@ _HOUR = 3600.0
 
 
 def sort_by_time(stamps: Stamps, rows_differ: RowsDiffer | None = None) -> tuple[Stamps, NDArray[np.int64]]:
-    """Sort valid time stamps and undo clock changes; the notes are on that only, the rows those of the stamps.
+    """Sort valid time stamps and undo clock changes; the notes are on that only.
 
-    `rows_differ` tells for pairs of rows whether they have other values.
-
-    Without `rows_differ` no clock counts as set back, since rows with earlier times may be copies. Only a clock of kind
-    "local" has summer time.
+    `rows_differ` tells for pairs of rows whether they do; without it no clock counts as set back.
     """
     rows = np.flatnonzero(np.isfinite(stamps.seconds))
     result = replace(stamps, seconds=stamps.seconds[rows], notes=[])
@@ -93,11 +90,7 @@ def _undo_summer_time(result: Stamps, usual: float) -> None:
 
 
 def _undo_set_back(result: Stamps, rows: NDArray[np.int64], usual: float, rows_differ: RowsDiffer) -> None:
-    """Let the time go on where rows with other values have times that were there before.
-
-    Not where the times begin anew, as where two exports stand one below the other, nor where rows that are late fill a
-    gap.
-    """
+    """Let time go on where other rows repeat it, unless times begin anew (two exports) or late rows fill a gap."""
     t = result.seconds
     backwards = np.flatnonzero(np.diff(t) < 0) + 1
     if not 0 < backwards.size <= 200:  # with more the rows are out of order
@@ -128,10 +121,7 @@ def _undo_set_back(result: Stamps, rows: NDArray[np.int64], usual: float, rows_d
 def spread_rounded_stamps(
     seconds: NDArray[np.float64], rows: NDArray[np.int64], resolution: float, notes: list[str]
 ) -> NDArray[np.float64]:
-    """Spread rows that share stamps evenly, or move stamps that are rounded to a known `resolution` [s].
-
-    The stamps ascend. Rows apart from one another in the source that have one time are copies and stay.
-    """
+    """Spread ascending rows that share stamps evenly, or move stamps rounded to `resolution` [s]; copies stay."""
     first = np.flatnonzero(np.diff(seconds, prepend=np.nan) != 0.0)
     values, counts = seconds[first], np.diff(first, append=len(seconds))
     per_stamp = float(np.mean(counts[1:-1])) if len(values) >= 4 else 1.0
@@ -171,10 +161,7 @@ def _fit_even_times(seconds: NDArray, step: float, dt: float) -> tuple[NDArray, 
 
 
 def _spread_by_resolution(seconds: NDArray, resolution: float, notes: list[str]) -> NDArray:
-    """Replace stamps whose steps are one of two neighbouring multiples of the resolution by even times with their gaps.
-
-    The period is the shortest number between the two multiples on which all stamps lie.
-    """
+    """Make stamps even, gaps kept, whose steps are one of two neighbouring multiples of the resolution [s]."""
     counts = np.bincount(np.clip(np.round(np.diff(seconds) / resolution), 0, 101).astype(np.int64), minlength=102)
     fewer = int(np.argmax(counts[:100] + counts[1:101]))
     if len(seconds) < 30 or not (counts[fewer] and counts[fewer + 1]):

@@ -46,10 +46,9 @@ def find_bad_values(
     flags: Mapping[str, NDArray[np.bool_]] | None = None,
     labels: Mapping[str, str] | None = None,
 ) -> BadValues:
-    """Find the values of a loop that are no measurements; a value counts once, under the first kind that marks it.
+    """Find the values of a loop that are no measurements, each under the first kind that marks it.
 
-    By role: values, shape (n_rows,), NaN where there is none; the texts of `parse_numbers`; rows that the flags mark
-    ("bad", "quality", "pv quality", "op bad 2"); headings, for the notes.
+    By role: values, the texts of `parse_numbers`, rows that flags mark (as "pv quality"), and headings for the notes.
     """
     bad = BadValues({role: np.zeros(len(x), dtype=bool) for role, x in signals.items()})
     listed = sum((texts or {}).values(), Counter())
@@ -105,10 +104,7 @@ def _mark_numbers(
 def find_sentinels(
     x: NDArray[np.float64], *, numbers: tuple[float, ...] = SENTINEL_NUMBERS, min_distance: float = 0.5
 ) -> NDArray[np.bool_]:
-    """Mark the numbers that stand for "no value", shape (n_rows,).
-
-    They lie apart from all other values, by `min_distance` widths of their range [-], or are too large to be measured.
-    """
+    """Mark numbers `min_distance` widths of the range from all others [-], or too large, shape (n_rows,)."""
     mask = np.abs(x) >= 1e29
     known = x[np.isfinite(x) & ~mask]
     if not known.size:
@@ -128,11 +124,9 @@ def find_sentinels(
 def find_common_states(
     signals: Mapping[str, NDArray[np.float64]], *, min_distance: float = 0.5, max_share: float = 0.5, max_run: int = 30
 ) -> dict[str, NDArray[np.bool_]]:
-    """Mark rows in which PV, OP and SP have the same number: a digital state, stored as a number.
+    """Mark rows with one number in PV, OP and SP, a digital state `min_distance` widths from the rest [-].
 
-    A state lies `min_distance` widths of the range of each signal from its other values [-], and is then marked where
-    it stands in one signal alone too. Signals equal in more than `max_share` of the rows [-] are copies of one another,
-    and a common 0, 1 or 100 of more than `max_run` rows is a shutdown.
+    Signals equal in more than `max_share` of the rows [-] are copies; a 0, 1 or 100 over `max_run` rows is a shutdown.
     """
     masks = {role: np.zeros(len(x), dtype=bool) for role, x in signals.items()}
     compared = [role for role in ("pv", "op", "sp") if role in signals and np.isfinite(signals[role]).any()]

@@ -44,11 +44,9 @@ class NumericColumn(NamedTuple):
 def parse_numbers(
     cells: pl.Series, decimal: str, *, where: str = "", decimal_is_given: bool = True, unit: str = ""
 ) -> NumericColumn:
-    """Parse a column of text, numbers, truth values (1 and 0) or nothing at all, shape (n_rows,).
+    """Parse text, numbers, truth values or nothing, shape (n_rows,); `where` is file and column, for errors.
 
-    `where` is the file and column, for messages. Unless the user gave the decimal mark, 1.003, which may be 1003, is
-    refused beside 999. Numbers in several units are converted to `unit`, that of the header, or to the one that most
-    have, or else refused.
+    Without a given decimal mark 1.003 is refused beside 999. Numbers in several units get `unit`, else that of most.
     """
     texts, written, unit, note = Counter(), unit, "", ""
     if cells.dtype in (pl.Categorical, pl.Enum):

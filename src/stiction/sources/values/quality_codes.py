@@ -210,10 +210,7 @@ def read_quality(
     keep_uncertain: bool = False,
     where: str = "",
 ) -> list[QualityReading]:
-    """Read the flag columns of a loop: by key ("bad", "quality", "pv quality", "op bad 2") heading and cells.
-
-    Columns whose headings end in the same word share their scheme. With `good_codes` of a column all others are bad.
-    """
+    """Read the flag columns of a loop by key: heading and cells; with `good_codes` all others are bad."""
     cells = {key: read_codes(series) for key, (_, series) in columns.items()}
     groups: dict[tuple[bool, str], list[str]] = {}
     for key, (heading, _) in columns.items():
@@ -283,10 +280,7 @@ def read_codes(cells: pl.Series) -> tuple[pl.Series, Counter[str]]:
 
 
 def automatic_mask(cells: pl.Series, *, min_known: float = 0.5) -> tuple[NDArray[np.bool_] | None, list[str]]:
-    """Mark the rows in which the controller moves the valve by itself; give also notes on unknown modes.
-
-    The mask is None when less than `min_known` of the cells [-] are known words. A mode holds until the next one.
-    """
+    """Mark rows in automatic, modes held, with notes; None below `min_known` share of known words [-]."""
     codes, counts = read_codes(cells)
     meaning = {code: _is_automatic(code) for code in counts if code not in MISSING_WORDS}
     unknown = {code: counts[code] for code, automatic in meaning.items() if automatic is None}

@@ -57,11 +57,7 @@ def op_to_percent(
     position: NDArray[np.float64] | None = None,
     position_unit: str = "",
 ) -> Percent:
-    """Convert the controller output [unit] to % of span.
-
-    `op_range` is OP at 0 and at 100 % [unit]. A valve position in % shows which signal an OP without a unit is. The
-    result has a unit when the range of OP is not known, or in doubt: S and J must then not be given in % of span.
-    """
+    """Convert OP [unit] to % of span by its range or a position in %; it keeps a unit when the range is in doubt."""
     if op_range is not None or not np.isfinite(op).any():
         return Percent(_scale_by_range(op, op_range or (0.0, 100.0)), "", [])
     if known := _by_unit(op, unit, "OP", "op_range"):
@@ -105,10 +101,7 @@ def position_to_percent(
     mv_range: Span | None = None,
     op_range: Span | None = None,
 ) -> Percent:
-    """Convert the valve position [unit] to % of span; without a unit or a range it stays, with a note if OP disagrees.
-
-    The ranges are the signals at 0 and at 100 %; that of OP may be the one of the position too.
-    """
+    """Convert the position [unit] to % of span by its range or OP's; without, it stays, and a note tells."""
     if mv_range is not None:
         return Percent(_scale(mv, mv_range), "", [])
     if not (np.isfinite(mv) & np.isfinite(op)).any():

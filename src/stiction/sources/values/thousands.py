@@ -28,11 +28,7 @@ _OTHER_MARK = {".": ",", ",": "."}
 def find_ambiguous_cell(
     rows: Sequence[Sequence[str]], decimal: str, *, delimiter: str, width: int
 ) -> tuple[str, float, str] | None:
-    """Find a cell whose mark may be the other one; give it, its number and the decimal mark of the other reading.
-
-    Beside a decimal point "1,234" is read as 1234. Between delimiters other than a comma "1.234" is read as 1.234,
-    which is in doubt when no cell settles it and another signal is written without decimals.
-    """
+    """Find a cell such as 1,234 whose mark may be the other one: cell, number and the other decimal mark."""
     with_comma = (cell.strip() for row in rows for cell in row if "," in cell)
     grouped = next(filter(GROUPS.fullmatch, with_comma), None)
     if decimal == "." and (grouped or delimiter == ","):
@@ -57,8 +53,7 @@ def refuse_ambiguous_thousands(
 ) -> None:
     """Refuse text cells whose mark may separate thousands: 1.003 beside 999.
 
-    All decimals have three digits then, and stand beside whole numbers up to 999. Both make up `min_share` of the
-    numbers [-], and the largest whole number is `min_ratio` times the median decimal [-].
+    Both make up `min_share` of the numbers [-], the largest whole number is `min_ratio` times the median decimal [-].
     """
     is_value = np.isfinite(values)
     size = np.abs(values[is_value])
@@ -92,10 +87,7 @@ def refuse_ambiguous_thousands(
 def refuse_other_decimal(
     texts: Mapping[str, int], n_cells: int, decimal: str, where: str, *, max_share: float = 0.03
 ) -> None:
-    """Refuse a column of which more than `max_share` [-] of the cells are numbers only with the other decimal mark.
-
-    `texts` are those of `parse_numbers`: text that is no number -> cells.
-    """
+    """Refuse a column with more than `max_share` numbers of the other decimal mark [-], by its `texts`."""
     other = _OTHER_MARK[decimal]
     numbers = {text: n for text, n in texts.items() if other in text and is_number(text, other)}
     found = sum(numbers.values())
