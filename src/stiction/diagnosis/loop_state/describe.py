@@ -69,7 +69,7 @@ def describe_state(state: LoopState, start: datetime | None = None, pv_unit: str
     --------
     >>> from stiction.diagnosis.loop_state import LoopState
     >>> describe_state(LoopState("pv_frozen", 60.0, 600.0, 0.9, {"pv": 148.7, "op_start": 50.0, "op_end": 85.0}))
-    'PV is frozen: it stays at 148.7 from 60 s to 600 s, while OP goes from 50 to 85 %.'
+    'PV is frozen: it stays at 148.7 from 60 s to 10 min, while OP goes from 50 to 85 %.'
     """
     if state.in_control:
         return ""
