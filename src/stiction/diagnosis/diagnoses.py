@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from stiction.diagnosis.evidence.one_loop import order_records
 from stiction.diagnosis.loop_state import HEADLINES
 from stiction.diagnosis.pipeline import diagnose
 from stiction.diagnosis.verdict.diagnosis import Diagnosis
@@ -134,7 +135,7 @@ def diagnose_all(source: Any, *, prior: float = 0.25, methods: bool = False, **o
     found = Diagnoses()
     for of_loop in of_tag.values():
         try:
-            found.append(diagnose(of_loop, prior=prior, methods=methods))
+            found.append(diagnose(order_records(of_loop), prior=prior, methods=methods))
         except RecordError as error:
             failures += (f"{of_loop[0].tag}: {error}",)
     found.failures = failures
