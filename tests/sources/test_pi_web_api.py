@@ -178,7 +178,7 @@ def test_a_certificate_that_nobody_vouches_for_is_refused(tmp_path, monkeypatch)
     with PiArchive(context) as server:
         add_loop(server, "FIC-101")
         with pytest.raises(
-            RecordError, match="certificate of the server cannot be verified; give the file .* in SSL_CERT_FILE"
+            RecordError, match=r"certificate of the server cannot be verified; give the file .* in SSL_CERT_FILE"
         ):
             st.read(server.url, **SPAN)
         assert not server.requests
