@@ -6,6 +6,7 @@ import time
 
 import pytest
 
+from stiction.errors import ParameterError
 from stiction.fleet import LoopRow
 from stiction.report.now_page import now_page
 from stiction.watch.alarm import read_alarms
@@ -56,7 +57,7 @@ def test_the_server_gives_the_page_and_takes_an_acknowledgement(folder):
     from starlette.applications import Starlette
     from starlette.testclient import TestClient
 
-    from stiction.apps.web.now_routes import ROUTES
+    from stiction.apps.web.now_routes import ROUTES, find_watch
 
     app = Starlette(routes=ROUTES)
     app.state.workspace = SimpleNamespace(audits={"a": SimpleNamespace(folder=folder / "audit")})
@@ -68,5 +69,20 @@ def test_the_server_gives_the_page_and_takes_an_acknowledgement(folder):
     assert read_alarms(store)[0].acknowledged_by == "Ana"
     store.close()
     assert "Ana" in client.get("/now").text
+    about = {"alarm": alarm.id, "who": "Bo"}
+    assert client.post("/now", json=about | {"action": "comment", "text": "Spare part <ordered>."}).status_code == 200
+    assert client.post("/now", json=about | {"action": "out_of_service"}).status_code == 200
+    page = client.get("/now").text
+    assert "Bo: Spare part &lt;ordered&gt;." in page
+    assert 'data-action="in_service"' in page
+    assert 'data-action="acknowledge"' not in page
+    assert client.post("/now", json=about | {"action": "in_service"}).status_code == 200
+    until = f"{time.localtime().tm_year + 1}-01-01"
+    assert client.post("/now", json=about | {"action": "shelve", "until": until}).status_code == 200
+    assert 'data-action="unshelve"' in client.get("/now").text
+    with pytest.raises(ParameterError, match="until is not in the future"):
+        client.post("/now", json=about | {"action": "shelve"})
+    assert find_watch(app.state.workspace) == folder.absolute()
     app.state.workspace = SimpleNamespace(audits={})
+    assert find_watch(app.state.workspace) is None
     assert client.get("/now").status_code == 404

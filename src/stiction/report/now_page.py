@@ -12,6 +12,7 @@ from stiction.fleet import open_audit
 from stiction.report.labels import FINDINGS
 from stiction.report.rendering import environment
 from stiction.watch.alarm import read_alarms
+from stiction.watch.alarm_actions import read_notes
 from stiction.watch.digest import SECTIONS, make_digest
 from stiction.watch.store import WatchStore
 
@@ -37,7 +38,7 @@ def now_page(folder: Path) -> str:
     try:
         now = time.time()
         status = store.fact("status", {})
-        alarms = read_alarms(store, only_open=True)
+        alarms = [(one, _moment(one.raised), read_notes(store, one.id)) for one in read_alarms(store, only_open=True)]
         changes = {
             name: {title: len(found) for key, title in SECTIONS.items() if (found := digest[key]) and key != "overdue"}
             for name, digest in (
@@ -66,7 +67,7 @@ def now_page(folder: Path) -> str:
         "failure": status.get("failure", ""),
         "judged_until": _moment(last / 1e6 if last else None),
         "findings": findings.most_common(),
-        "alarms": [(one, _moment(one.raised)) for one in alarms],
+        "alarms": alarms,
         "changes": changes,
         "waiting": waiting,
     }

@@ -77,11 +77,6 @@ class Collector:
         """Name of the fact that keeps from when on values are still to be read from history."""
         return f"fill {self.settings.address}"
 
-    @property
-    def gaps(self) -> str:
-        """Name of the fact that keeps holes, first and last time, that the history did not fill."""
-        return f"gaps {self.settings.address}"
-
     async def run(self) -> None:
         """Collect until cancelled; a server that is lost is tried again."""
         tries = 0
@@ -212,12 +207,12 @@ class Collector:
             self.counts["filled"] += len(new)
             await asyncio.sleep(0)
         if failed and not least:
-            gaps = [*self.store.fact(self.gaps, []), [min(failed), round(1e6 * self.now)]]
-            self.store.set_fact(self.gaps, gaps[-MAX_GAPS:])
+            gaps = [*self.store.fact(f"gaps {self.settings.address}", []), [min(failed), round(1e6 * self.now)]]
+            self.store.set_fact(f"gaps {self.settings.address}", gaps[-MAX_GAPS:])
 
     def has_gap(self, start: int, finish: int) -> bool:
         """Whether values of a window may be missing: they have not come yet, or a hole that no history fills."""
-        holes = self.store.fact(self.gaps, [])
+        holes = self.store.fact(f"gaps {self.settings.address}", [])
         return not self.is_current or any(first < finish and last > start for first, last in holes)
 
     def _open_hole(self) -> None:

@@ -23,7 +23,6 @@ def find_watched_tags(settings: SourceSettings) -> dict[str, dict[str, Any]]:
     from stiction.sources.historians.historian_loops import open_historian
 
     loops = open_loops(settings.address, tags=list(settings.tags) or None, map=settings.map or None, **settings.reading)
-    columns = [column for loop in loops.roles for column in loop.roles.values()]
-    given = [f"{column.name}={column.address}" for column in columns]
+    given = [f"{column.name}={column.address}" for loop in loops.roles for column in loop.roles.values()]
     tags = open_historian(settings.address).find_tags(given, exact=True)
     return {tag.address: asdict(tag) for tag in tags}

@@ -36,7 +36,7 @@ def test_files_of_the_command_line_are_diagnosed_at_once(serve, tmp_path):
     (tmp_path / "FIC-101.csv").write_text(sticky_csv(NAMED))
     (tmp_path / "broken.csv").write_text("PV,OP\n")
     server = serve(str(tmp_path / "FIC-101.csv"), str(tmp_path / "broken.csv"))
-    assert server.call("GET", "/api/start").json == {"screen": "loops"}
+    assert server.call("GET", "/api/start").json == {"screen": "loops", "watch": False}
     found = server.wait_for(
         "/api/sets/session/rows", lambda one: one["rows"] and one["rows"][0]["status"] == "diagnosed"
     )

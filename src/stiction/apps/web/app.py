@@ -104,9 +104,10 @@ async def _favicon(_: Request) -> Response:
 
 
 async def _start(request: Request) -> Response:
-    """The screen to open first."""
+    """The screen to open first, and whether the page *Now* has a watch to show."""
     workspace = request.app.state.workspace
-    return JSONResponse({"screen": "loops" if workspace.audits or workspace.files else "drop"})
+    screen = "loops" if workspace.audits or workspace.files else "drop"
+    return JSONResponse({"screen": screen, "watch": now_routes.find_watch(workspace) is not None})
 
 
 async def _session(request: Request) -> Response:

@@ -8,6 +8,7 @@ const main = document.getElementById("main");
 const menu = document.getElementById("menu");
 let cleanUp = null;
 let opening = null;
+let beginning = { screen: "drop", watch: false };
 
 /** The screen, the parts of the path after it, and the query of an address such as #/loop/12?from=0. */
 function parseAddress() {
@@ -21,6 +22,7 @@ function drawMenu(current) {
     ...SCREENS.filter((one) => one.menu !== false).map((one) =>
       h("a", { href: `#/${one.name}`, "aria-current": one.name === current ? "page" : null }, one.label),
     ),
+    ...(beginning.watch ? [h("a", { href: "/now" }, "Now")] : []),
   );
 }
 
@@ -31,8 +33,7 @@ async function openScreen() {
   const address = parseAddress();
   let { name } = address;
   if (!name) {
-    const start = await getJson("/api/start").catch(() => ({ screen: "drop" }));
-    location.replace(`#/${start.screen}`);
+    location.replace(`#/${beginning.screen}`);
     return;
   }
   const screen = SCREENS.find((one) => one.name === name);
@@ -72,6 +73,7 @@ async function start() {
     main.replaceChildren(problem(error.message));
     return;
   }
+  beginning = await getJson("/api/start").catch(() => beginning);
   window.addEventListener("hashchange", openScreen);
   document.querySelector(".skip").addEventListener("click", (event) => {
     event.preventDefault();

@@ -1,4 +1,4 @@
-// The page "Now": it follows the watch without a reload by hand, and acknowledges alarms.
+// The page "Now": it follows the watch without a reload by hand, and what people do with alarms is sent from it.
 
 import { sendJson } from "./api.js";
 
@@ -16,10 +16,18 @@ async function refresh() {
 main.addEventListener("click", async (event) => {
   const alarm = event.target.dataset?.alarm;
   if (!alarm) return;
+  const { action } = event.target.dataset;
+  const until = action === "shelve" ? window.prompt("Shelve until (YYYY-MM-DD)") : "";
+  const text = action === "comment" ? window.prompt("Comment") : "";
+  if (until === null || text === null) return;
   const who = window.prompt("Your name", window.localStorage.getItem("author") ?? "");
   if (!who) return;
   window.localStorage.setItem("author", who);
-  await sendJson("POST", "/now", { alarm, who });
+  try {
+    await sendJson("POST", "/now", { alarm, action, who, until, text });
+  } catch (error) {
+    window.alert(error.message);
+  }
   await refresh();
 });
 
