@@ -6,6 +6,7 @@ import json
 import math
 import re
 
+import numpy as np
 import pytest
 
 import stiction as st
@@ -346,7 +347,8 @@ def test_a_run_shorter_than_two_cycles_says_nothing_of_a_deviation(run):
 
 def test_no_cause_is_named_where_there_is_none(run, folder):
     loop = st.Loop(st.PID(0.2, 10.0), st.Ideal(), st.FOPDT(3.0, 10.0, 10.0), dt=1.0, noise=0.1)
-    record = st.simulate(loop, 150.0, 1200.0, seed=1, pv_start=150.0, op_start=50.0, loop_type="flow")
+    sp = 150.0 + 5.0 * np.sign(np.sin(2.0 * np.pi * np.arange(1200) / 200.0))  # moves OP, so that stiction would show
+    record = st.simulate(loop, sp, 1200.0, seed=1, pv_start=150.0, op_start=50.0, loop_type="flow")
     (folder / "good.csv").write_text(csv_text(record))
     done = run("compensate", "good.csv")
     assert "No stiction was found, so there is nothing to compensate" in done.out

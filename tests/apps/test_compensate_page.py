@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
+from types import SimpleNamespace
 
 import pytest
 
 from stiction.apps.cli import main
 from stiction.report.figures.label_placement import PLOT_SIZE_PX, place_labels
+from stiction.report.pages.trial import settings_text
 
 FIGURES = (
     "PV before and after", "OP and valve position before and after", "PV deviation against stem travel",
@@ -57,6 +59,11 @@ def test_a_refusal_is_a_page_without_figures(run, folder, healthy_csv):
     assert "No advice" in text
     assert "nothing to compensate" in text
     assert len(text) < 100_000, "the plot library was written for no plot"
+
+
+def test_a_line_ends_only_between_two_settings():
+    tried = SimpleNamespace(remedy=SimpleNamespace(settings={"Kc": 0.2, "Ti": 10.0, "move": None}))
+    assert settings_text(tried).split(" ") == ["Kc\u00a00.2\u00a0%\u00a0per\u00a0PV\u00a0unit,", "Ti\u00a010\u00a0s"]
 
 
 def test_names_cover_neither_points_nor_each_other():

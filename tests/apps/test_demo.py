@@ -67,7 +67,7 @@ def test_command_writes_report_and_records(run, folder, plant, monkeypatch):
         np.testing.assert_allclose(record.op, loop.record.op)
 
 
-def test_wrong_verdict_is_marked(run, plant, monkeypatch):
+def test_wrong_verdict_is_marked(run, folder, plant, monkeypatch):
     healthy = replace(plant[7], record=plant[7].record.window(0, 900), cause="stiction", S=3.0)
     monkeypatch.setattr("stiction.simulation.demo.demo_plant", lambda: (healthy,))
     done = run("demo", "--json")
@@ -75,7 +75,13 @@ def test_wrong_verdict_is_marked(run, plant, monkeypatch):
     assert done.code == 1
     assert found["right"] == 0
     assert found["loops"][0]["truth"]["cause"] == "stiction"
-    assert found["loops"][0]["diagnosis"]["verdict"] != "stiction"
+    shown = found["loops"][0]["diagnosis"]
+    assert (shown["verdict"], shown["finding"]) == ("undecided", "cannot_tell")
+    done = run("demo", "--report", "table.html")
+    [row] = [line for line in done.out.splitlines() if "WRONG" in line]
+    assert re.split(r" {2,}", row.strip())[:2] == ["WRONG", healthy.record.tag]
+    assert "0 of 1 loop: the finding is right" in done.out
+    assert "Cannot tell whether the valve sticks" in (folder / "table.html").read_text()
 
 
 def test_a_report_that_is_not_ours_is_left_alone(run, folder):

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from html.parser import HTMLParser
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import stiction as st
+from stiction.display.plots import plot_verdict
 from stiction.fleet import Group
 from stiction.fleet.group import Member, RootCandidate
 
@@ -110,6 +113,22 @@ def test_plot_draws_on_the_given_axes(results, kind):
         assert ax.get_xlabel()
         fresh = results[kind].plot()
         assert fresh is not ax
+    finally:
+        plt.close("all")
+
+
+def test_a_long_title_is_not_cut(results):
+    plt = pytest.importorskip("matplotlib.pyplot")
+    long = "REFINERY-NORTH.UNIT-7.AREA-12.FIC-101/PID-A"
+    found, record = results["diagnosis"], replace(results["record"], tag=long)
+    shown = {name: getattr(found, name) for name in ("finding", "probability", "contributions")}
+    try:
+        for ax in (plot_verdict(SimpleNamespace(record=record, **shown)), record.plot()[0]):
+            ax.figure.canvas.draw()
+            title, picture = ax.title.get_window_extent(), ax.figure.bbox
+            assert picture.x0 <= title.x0 < title.x1 <= picture.x1
+            assert title.y1 <= picture.y1
+            assert long in ax.get_title().replace("\n", "")
     finally:
         plt.close("all")
 

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import time
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as some
 
+from stiction.display.duration_format import format_time
 from stiction.display.number_format import format_interval, format_probability
 
 pytestmark = pytest.mark.quick
@@ -46,3 +49,17 @@ def test_number_other_than_zero_is_not_shown_as_zero(low, value, wide):
 )  # fmt: skip
 def test_no_probability_is_shown_as_certain(text, probability):
     assert format_probability(probability) == text
+
+
+@pytest.mark.skipif(not hasattr(time, "tzset"), reason="the zone of the process cannot be changed here")
+def test_a_time_of_the_program_is_shown_in_the_zone_of_the_computer(monkeypatch):
+    """Berlin is 1 h ahead of UTC in winter and 2 h in summer; a time without a zone stays as it is."""
+    monkeypatch.setenv("TZ", "Europe/Berlin")
+    time.tzset()
+    try:
+        assert format_time("2026-11-28T09:09:28+00:00", local=True) == "2026-11-28 10:09:28 CET"
+        assert format_time("2026-07-01T23:30:00+00:00", local=True) == "2026-07-02 01:30 CEST"
+        assert format_time("2026-03-02T06:00:00", local=True) == "2026-03-02 06:00"
+    finally:
+        monkeypatch.undo()
+        time.tzset()

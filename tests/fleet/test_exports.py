@@ -75,6 +75,15 @@ def test_empty_audit_has_exports(tmp_path):
     assert write_audit_page(audit).is_file()
 
 
+def test_areas_are_drawn_only_where_they_are_known(tmp_path):
+    audit = make_audit(tmp_path, 60)
+    assert '<svg class="treemap"' in write_audit_page(audit).read_text()
+    nameless = replace(audit, rows=[replace(row, area="") for row in audit.rows])
+    page = write_audit_page(nameless).read_text()
+    assert '<svg class="treemap"' not in page
+    assert "No areas are known. The column area of a map, given with --map" in page
+
+
 def test_page_of_10_000_loops_in_a_browser(tmp_path, browser):
     audit = make_audit(tmp_path, 10_000)
     page = browser.new_page()

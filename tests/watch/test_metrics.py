@@ -73,10 +73,8 @@ def test_the_numbers_are_those_of_the_files(folder):
 def test_prometheus_reads_them_and_its_alert_fires(folder, tools, tmp_path):
     import prometheus_client
 
-    from stiction.watch.metrics import _Lazy
-
     registry = prometheus_client.CollectorRegistry()
-    registry.register(_Lazy(WatchMetrics(folder)))
+    registry.register(WatchMetrics(folder))
     server, _ = prometheus_client.start_http_server(0, "127.0.0.1", registry)
     rules = (EXAMPLES / "alerts.yml").read_text()
     (tmp_path / "alerts.yml").write_text(rules)

@@ -211,11 +211,12 @@ def write_results(found: "Audit", changes: list[dict[str, Any]] | None, pages: i
 def print_audit(found: "Audit", changes: list[dict[str, Any]] | None = None) -> None:
     """Print counts, the ten worst loops, the groups, and what changed."""
     from stiction.apps.output import print_out, print_table
+    from stiction.display import count_noun
 
     counts = found.counts
     print_out("")
     print_out(
-        f"{counts['loops']} loops: {counts['diagnosed']} diagnosed, {counts['screened']} screened only, "
+        f"{count_noun(counts['loops'], 'loop')}: {counts['diagnosed']} diagnosed, {counts['screened']} screened only, "
         f"{counts['skipped']} at rest or without usable data, "
         f"{counts['error'] + counts['timeout'] + counts['crashed']} failed."
     )

@@ -67,7 +67,7 @@ class AuditBar:
             )
         elif not self.quiet and time.monotonic() - self._last > LINE_EVERY_S:
             self._last = time.monotonic()
-            print_err(f"{STAGES[progress.stage]}: {progress.done} of {progress.total} loops. {text}")
+            print_err(f"{STAGES[progress.stage]}: {progress.done} of {count_noun(progress.total, 'loop')}. {text}")
 
     def _show_plan(self, details: dict[str, Any]) -> None:
         if self.quiet:

@@ -56,6 +56,7 @@ def demo(
     from stiction import diagnose, read
     from stiction.apps.output import print_json, print_out, track
     from stiction.apps.output_files import check_folder, check_report, historian_csv
+    from stiction.display import count_noun
     from stiction.records.atomic_write import write_atomically
     from stiction.report import write_report
     from stiction.simulation.demo import demo_plant as simulated_loops
@@ -64,7 +65,7 @@ def demo(
     folder = check_folder(target.with_suffix("") if target.suffix else target.with_name(f"{target.name}-records"))
     simulated = simulated_loops()
     if not as_json:
-        print_out(f"A simulated plant of {len(simulated)} loops; its records are in {folder}.")
+        print_out(f"A simulated plant of {count_noun(len(simulated), 'loop')}; its records are in {folder}.")
     diagnoses: list[Diagnosis] = []
     for loop in track(simulated, "Diagnosing"):
         file = write_atomically(historian_csv(loop.record), folder / f"{loop.record.tag}.csv")
@@ -77,7 +78,7 @@ def demo(
         print_json({"report": str(target), "records": str(folder), "right": sum(right), "loops": loops})
     else:
         _print_verdicts(simulated, diagnoses)
-        print_out(f"\n{sum(right)} of {len(simulated)} loops: the finding is right.")
+        print_out(f"\n{sum(right)} of {count_noun(len(simulated), 'loop')}: the finding is right.")
         print_out(f"Report: {target}")
         print_out(f"Try:    stiction diagnose {folder / simulated[0].record.tag}.csv")
     _open_page(target, open, as_json)

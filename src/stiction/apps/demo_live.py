@@ -40,6 +40,7 @@ def demo_live(folder: Path, *, seed: int = 0) -> int:
     """
     from stiction.apps.output import print_out
     from stiction.records.atomic_write import write_atomically
+    from stiction.simulation.plant import simulate_plant
     from stiction.watch.service import Watch
 
     import_extra("asyncua", "live")
@@ -47,7 +48,7 @@ def demo_live(folder: Path, *, seed: int = 0) -> int:
     file = folder / "plant.toml"
 
     async def run() -> None:
-        server = _PlantServer([*_plant_records(seed), _sticking_record(seed)])
+        server = _PlantServer([*simulate_plant(seed).records, _sticking_record(seed)])
         address = await server.start()
         lines = [f"window = {json.dumps(WINDOW)}", "[[source]]", f"address = {json.dumps(address)}"]
         write_atomically("\n".join([*lines, "[alarms]", "raise_windows = 1", "clear_windows = 2", ""]), file)
@@ -65,12 +66,6 @@ def demo_live(folder: Path, *, seed: int = 0) -> int:
 
     asyncio.run(run())
     return 0
-
-
-def _plant_records(seed: int) -> list[LoopRecord]:
-    from stiction.simulation.plant import simulate_plant
-
-    return list(simulate_plant(seed).records)
 
 
 def _sticking_record(seed: int) -> LoopRecord:

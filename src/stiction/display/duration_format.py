@@ -43,11 +43,12 @@ def time_unit(seconds: float) -> tuple[str, float]:
     return "s", 1.0
 
 
-def format_time(time: datetime | str | None) -> str:
+def format_time(time: datetime | str | None, *, local: bool = False) -> str:
     """Return a time as text with its time zone, where that is known; empty without a time.
 
     `time`: the time, or its text in the form of ISO 8601. Gives date, clock time of 24 hours to the minute, or to the
-    second where it is not a whole minute, and the zone.
+    second where it is not a whole minute, and the zone. `local`: in the zone of this computer, where the zone of the
+    time is known.
 
     Examples
     --------
@@ -57,5 +58,7 @@ def format_time(time: datetime | str | None) -> str:
     if not time:
         return ""
     moment = datetime.fromisoformat(time) if isinstance(time, str) else time
+    if local and moment.tzinfo is not None:
+        moment = moment.astimezone()
     clock = "%H:%M:%S" if moment.second else "%H:%M"
     return f"{moment:%Y-%m-%d {clock} %Z}".strip()

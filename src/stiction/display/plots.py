@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from stiction.display.duration_format import format_seconds
+from stiction.display.finding_words import FINDINGS
+from stiction.display.number_format import count_noun, format_probability
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 __all__ = ["plot_group", "plot_identification", "plot_record", "plot_trial", "plot_verdict"]
 
+TITLE_WIDTH = 36
+"""Characters of a line of a title [-]."""
+LABEL_WIDTH = 40
+"""Characters of a line of the name of a bar [-]."""
 COLOURS = {"op": "#0969da", "mv": "#bc4c00", "pv": "#1a7f37", "sp": "#6e7781"}
 """Signal -> its colour."""
 
@@ -32,7 +41,7 @@ def plot_record(record: Any, axes: Any = None) -> NDArray[np.object_]:
         ax.set_ylabel(label)
         if ax.lines:
             ax.legend(loc="upper right", fontsize="small")
-    axes[0].set_title(record.tag)
+    _set_title(axes[0], record.tag)
     axes[1].set_xlabel("time [s]")
     return axes
 
@@ -41,13 +50,14 @@ def plot_verdict(diagnosis: Any, ax: Any = None) -> Any:
     """Draw what each feature adds to the log odds of stiction; return the Axes."""
     ax = _one_axes(ax)
     parts = list(diagnosis.contributions)[::-1]
-    names = [part.label for part in parts]
+    names = [fill(part.label, LABEL_WIDTH) for part in parts]
     values = [part.log_odds for part in parts]
     ax.barh(names, values, color=[COLOURS["mv"] if value > 0 else COLOURS["op"] for value in values])
     ax.axvline(0.0, color="0.5", linewidth=0.8)
     ax.tick_params(axis="y", labelsize="small")
     ax.set_xlabel("contribution to the log odds of stiction")
-    ax.set_title(f"{diagnosis.record.tag}: {diagnosis.verdict}, probability {diagnosis.probability:.2f}")
+    probability = format_probability(diagnosis.probability)
+    _set_title(ax, f"{diagnosis.record.tag}: {FINDINGS[diagnosis.finding]}, probability of stiction {probability}")
     return ax
 
 
@@ -71,7 +81,7 @@ def plot_group(group: Any, ax: Any = None) -> Any:
     ax.barh([loop.tag for loop in roots], [loop.probability for loop in roots], color=COLOURS["op"])
     ax.set_xlim(0.0, 1.0)
     ax.set_xlabel("probability to be the source [-]")
-    ax.set_title(f"Group of {len(group.members)} loops, period {group.period:.0f} s")
+    _set_title(ax, f"Group of {count_noun(len(group.members), 'loop')}, period {format_seconds(group.period)}")
     return ax
 
 
@@ -88,8 +98,13 @@ def plot_trial(trial: Any, ax: Any = None) -> Any:
         ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize="small", handlelength=0.8, frameon=False)
     ax.set_xlabel("stem travel [% of span per h]")
     ax.set_ylabel("standard deviation of PV")
-    ax.set_title(f"{trial.tag}: {trial.recommended or 'no advice'}")
+    _set_title(ax, f"{trial.tag}: {trial.recommended or 'no advice'}")
     return ax
+
+
+def _set_title(ax: Any, text: str) -> None:
+    """Write a title on as many lines as it needs, so that the picture does not cut it."""
+    ax.set_title(fill(text, TITLE_WIDTH), fontsize="medium")
 
 
 def _one_axes(ax: Any) -> Any:

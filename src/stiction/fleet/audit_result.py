@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stiction.display.frames import as_native
+from stiction.display.number_format import count_noun
 from stiction.errors import ParameterError, RecordError, Setting
 from stiction.fleet.audit_options import RUN_OPTIONS
 from stiction.fleet.folder import read_settings
@@ -195,10 +196,12 @@ class Audit:
     def summary(self) -> str:
         """The audit in a few lines."""
         counts = self.counts
+        failed = counts["error"] + counts["timeout"] + counts["crashed"]
         lines = [
-            f"{counts['loops']} loops: {counts['diagnosed']} diagnosed, {counts['screened']} screened only, "
-            f"{counts['skipped']} not diagnosed, {counts['error'] + counts['timeout'] + counts['crashed']} failed. "
-            f"{counts['stiction']} sticky valves, {counts['undecided']} undecided, {len(self.groups)} groups."
+            f"{count_noun(counts['loops'], 'loop')}: {counts['diagnosed']} diagnosed, {counts['screened']} screened "
+            f"only, {counts['skipped']} not diagnosed, {failed} failed. "
+            f"{count_noun(counts['stiction'], 'sticky valve')}, {counts['undecided']} undecided, "
+            f"{count_noun(len(self.groups), 'group')}."
         ]
         lines += [f"{k}. {row.tag}: {row.finding_text}. {row.next_step}" for k, row in enumerate(self.worst(), 1)]
         return "\n".join(lines)

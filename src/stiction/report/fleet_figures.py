@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.display import format_seconds
+from stiction.display import count_noun, format_seconds
 from stiction.report.blocks import TrustedHtml
 from stiction.report.downsample import downsample
 
@@ -35,7 +35,7 @@ def treemap(areas: Sequence[tuple[str, int, int]], *, height: float = 300.0) -> 
         share = findings / loops
         color = next(color for limit, color in reversed(SHADES) if share >= limit)
         shown = name or "no area"
-        text = f"{shown}: {findings} of {loops} loops with a finding"
+        text = f"{shown}: {findings} of {count_noun(loops, 'loop')} with a finding"
         parts.append(
             f'<g><title>{escape(text)}</title><rect x="{x + 1:.1f}" y="{y + 1:.1f}" width="{max(0.0, w - 2):.1f}" '
             f'height="{max(0.0, h - 2):.1f}" fill="{color}" stroke="#9aa3ad" stroke-width="{2 if findings else 0.5}"/>'
@@ -46,7 +46,7 @@ def treemap(areas: Sequence[tuple[str, int, int]], *, height: float = 300.0) -> 
             parts.append(f'<text x="{x + 8:.1f}" y="{y + 18:.1f}" class="area">{escape(label)}</text>')
             parts.append(f'<text x="{x + 8:.1f}" y="{y + 33:.1f}">{findings} of {loops}</text>')
         parts.append("</g>")
-    label = f"{len(ordered)} areas by number of loops, darker with more findings"
+    label = f"{count_noun(len(ordered), 'area')} by number of loops, darker with more findings"
     return TrustedHtml(
         f'<svg class="treemap" viewBox="0 0 {WIDTH:g} {height:g}" role="img" aria-label="{label}">'
         f"{''.join(parts)}</svg>"

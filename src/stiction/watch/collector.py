@@ -162,10 +162,7 @@ class Collector:
 
     def _take(self, number: int, data: Any) -> None:
         """Take one value of the subscription."""
-        self._put(int(self.numbers[number]), data)
         self.counts["received"] += 1
-
-    def _put(self, tag: int, data: Any) -> None:
         one = raw_value(data)
         if one is None:
             self.counts["timeless"] += 1
@@ -173,7 +170,7 @@ class Collector:
         if one.status & LOST_VALUES == LOST_VALUES:
             self._lost_values = True
             self.counts["lost"] += 1
-        self._add(tag, one.seconds, one.value, one.status)
+        self._add(int(self.numbers[number]), one.seconds, one.value, one.status)
 
     def _add(self, tag: int, seconds: float, value: float | str | None, status: int) -> None:
         text = -1
@@ -208,11 +205,10 @@ class Collector:
 
     def _open_hole(self) -> None:
         """Remember, also for the time after a kill, from when on values may be missing."""
+        self._from = self._last.copy()
         if (stored := self.store.fact(self.hole)) is None:
-            self._from = self._last.copy()
             self.store.set_fact(self.hole, self._from.tolist())
         else:
-            self._from = self._last.copy()
             self._from[: len(stored)] = np.array(stored, np.int64)[: self._from.size]
         self.is_current = False
 

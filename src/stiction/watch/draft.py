@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from importlib.resources import files
 from typing import TYPE_CHECKING
 
 from stiction.errors import StictionError
@@ -28,45 +29,12 @@ def draft_configuration(source: str, tags: tuple[str, ...] = (), map_file: str =
     chosen = {"tags": list(tags), "map": map_file}
     loops = open_loops(source, **{name: value for name, value in chosen.items() if value})
     found = loops.tags
-    lines = [
-        f"# A watch over {len(found)} loops. Run it with: stiction watch plant.toml",
-        "# Check it first with: stiction watch plant.toml --check",
-        "",
-        'folder = "watch"  # results, beside this file',
-        'window = "4h"     # length of a window, which is judged as one record',
-        "",
-        "[[source]]",
-        f"address = {json.dumps(source)}",
-        f"tags = {json.dumps(list(tags))}  # patterns such as FIC*; all when empty" if tags else
-        '# tags = ["FIC*"]  # patterns; all when not given',
-        f"map = {json.dumps(map_file)}" if map_file else
-        '# map = "map.csv"  # loop, role, unit and span of tags; stiction read SOURCE --write-map map.csv writes one',
-        "# Loops that were found:",
-        *(f"#   {tag}" for tag in found[:MAX_LISTED]),
-        *([f"#   and {len(found) - MAX_LISTED} more"] if len(found) > MAX_LISTED else []),
-        "",
-        "[alarms]",
-        "raise_at = 0.8     # probability of stiction",
-        "raise_windows = 2  # consecutive windows",
-        "clear_windows = 3",
-        "max_per_day = 10   # further new alarms are in the digest alone",
-        'digest = "daily"',
-        "",
-        "# [[channel]]",
-        '# kind = "webhook"',
-        '# url = "https://host/path"',
-        "",
-        "# [[channel]]",
-        '# kind = "smtp"',
-        '# host = "mail.plant:587"',
-        '# sender = "stiction@plant"',
-        '# to = ["maintenance@plant"]',
-        "",
-        "# [metrics]",
-        "# port = 9464",
-        "",
-    ]  # fmt: skip
-    return "\n".join(lines)
+    listed = [*found[:MAX_LISTED], *([f"and {len(found) - MAX_LISTED} more"] if len(found) > MAX_LISTED else [])]
+    return files("stiction.watch").joinpath("draft.toml").read_text("utf-8").format(
+        count=len(found), address=json.dumps(source), loops="\n".join(f"#   {one}" for one in listed),
+        tags=f"tags = {json.dumps(list(tags))}" if tags else '# tags = ["FIC*"]',
+        map=f"map = {json.dumps(map_file)}" if map_file else '# map = "map.csv"',
+    )  # fmt: skip
 
 
 def check_configuration(config: WatchConfig) -> list[tuple[str, bool, str]]:

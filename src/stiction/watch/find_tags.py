@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -25,10 +26,4 @@ def find_watched_tags(settings: SourceSettings) -> dict[str, dict[str, Any]]:
     columns = [column for loop in loops.roles for column in loop.roles.values()]
     given = [f"{column.name}={column.address}" for column in columns]
     tags = open_historian(settings.address).find_tags(given, exact=True)
-    return {
-        tag.address: {
-            "address": tag.address, "name": tag.name, "unit": tag.unit, "description": tag.description,
-            "span": tag.span,
-        }
-        for tag in tags
-    }  # fmt: skip
+    return {tag.address: asdict(tag) for tag in tags}

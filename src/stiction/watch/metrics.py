@@ -41,6 +41,10 @@ class WatchMetrics:
         self._lock = threading.Lock()
         self._rows: tuple[float, list[LoopRow]] = (0.0, [])
 
+    def describe(self) -> list[Any]:
+        """Name no numbers when it is registered, as the files may not be there yet."""
+        return []
+
     def collect(self) -> Iterator[Any]:
         """Families of numbers."""
         core = import_extra("prometheus_client.core", "live")
@@ -110,7 +114,7 @@ async def serve_metrics(settings: MetricsSettings, folder: Path) -> None:
     """
     client = import_extra("prometheus_client", "live")
     registry = client.CollectorRegistry()
-    registry.register(_Lazy(WatchMetrics(folder)))
+    registry.register(WatchMetrics(folder))
     try:
         server, thread = client.start_http_server(settings.port, settings.address, registry)
     except OSError as error:
@@ -122,13 +126,3 @@ async def serve_metrics(settings: MetricsSettings, folder: Path) -> None:
         server.shutdown()
         server.server_close()
         thread.join(1.0)
-
-
-class _Lazy:
-    """Names no numbers when it is registered, as the files may not be there yet."""
-
-    def __init__(self, metrics: WatchMetrics) -> None:
-        self.collect = metrics.collect
-
-    def describe(self) -> list[Any]:
-        return []

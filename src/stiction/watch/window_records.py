@@ -108,12 +108,10 @@ def _stored(source: SourceSettings, span: tuple[Any, ...]) -> Loops:
 
 def _collected(source: SourceSettings, store: WatchStore, rows: NDArray, span: tuple[Any, ...]) -> Loops:
     """Loops of a live source, whose values were collected."""
-    tags = {
-        number: HistorianTag(
-            body["name"], body["address"], body["unit"], body["description"], body["span"] and tuple(body["span"])
-        )
-        for number, body in store.tags(source.address).items()
-    }
+    tags: dict[int, HistorianTag] = {}
+    for number, body in store.tags(source.address).items():
+        body["span"] = body["span"] and tuple(body["span"])
+        tags[number] = HistorianTag(**body)
     if not tags:
         raise RecordError("was never reached, so its loops are not known.", where=source.address)
     map_rows = None

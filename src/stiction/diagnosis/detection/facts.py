@@ -98,8 +98,17 @@ FACTS: dict[str, MethodFacts] = {
 def detect_all(record: LoopRecord, oscillation: Oscillation) -> tuple[Evidence, ...]:
     """Ask every method; one that cannot answer says so in its row.
 
-    `oscillation`: what `find_oscillation` says of the record. Gives one row per method of `FACTS`, in that order; an
-    index that cannot be computed is NaN and not valid.
+    Parameters
+    ----------
+    record : LoopRecord
+        The loop.
+    oscillation : Oscillation
+        What `find_oscillation` says of the record.
+
+    Returns
+    -------
+    tuple of Evidence
+        One row per method of `FACTS`, in that order; an index that cannot be computed is NaN and not valid.
 
     Examples
     --------

@@ -51,15 +51,24 @@ NEIGHBOURS = 3
 def fit_controller(segment: JudgedSegment) -> ControllerFit:
     """Fit OP = Kc (e + int e dt / Ti + Td de/dt) and name the form.
 
-    Without a set point a P controller is named, and its sign given, only where it explains all moves of OP: a PV that
+    Without a set point a P controller is named, and its sign told, only where it explains all moves of OP: a PV that
     follows a set point which was not recorded looks like one of the wrong sign.
 
     The moves of OP from sample to sample are compared unless their residuals alternate, as those of a rounded OP
     do; then OP itself is compared. Gaps, samples in manual, at a limit of OP, and single bumps are left out.
 
-    `segment`: the judged part of a record; without SP, a constant one is assumed. Gives the controller and how much of
-    the OP it explains.
+    Parameters
+    ----------
+    segment : JudgedSegment
+        The judged part of a record; without SP, a constant one is assumed.
 
+    Returns
+    -------
+    ControllerFit
+        The controller and how much of the OP it explains.
+
+    Notes
+    -----
     Derived in ``docs/understand/controller.md``; tests compare with simulated controllers. A loop that swings as one
     sine is explained by any PI-like relation of OP and PV: ``explained`` proves no causality.
 

@@ -35,7 +35,7 @@ ACTIONS: Mapping[StateName, str] = {
     "saturated": "Record a period in which OP moves between its limits; if there is none, check supply, load and set "
     "point.",
     "not_in_command": "Check which controller the override or selector has chosen, and that this one has integral "
-    "action; diagnose the loop in command.",
+    "action; without an override, check supply, block valves and the size of the valve. Diagnose the loop in command.",
     "shut_in": "Check block valves, pump and line-up, and record the loop again when there is flow.",
     "valve_not_responding": "Check the block valves and whether an override has the valve, then the actuator and "
     "the stem.",
@@ -69,7 +69,7 @@ def describe_state(state: LoopState, start: datetime | None = None, pv_unit: str
     --------
     >>> from stiction.diagnosis.loop_state import LoopState
     >>> describe_state(LoopState("pv_frozen", 60.0, 600.0, 0.9, {"pv": 148.7, "op_start": 50.0, "op_end": 85.0}))
-    'PV is frozen: it stays at 148.7 from 60 s to 600 s, while OP goes from 50 to 85 %.'
+    'PV is frozen: it stays at 148.7 from 60 s to 10 min, while OP goes from 50 to 85 %.'
     """
     if state.in_control:
         return ""

@@ -42,10 +42,19 @@ EVENTS, CROSSINGS = 10, 30  # load events that make an oscillation, among so man
 def find_oscillation(record: LoopRecord) -> Oscillation:
     """Find the oscillation of a loop, and others beside it.
 
-    `record`: control error (SP - PV, or PV where SP was not recorded, or not before the middle) and OP are used;
-    missing values are bridged. `oscillating` is False, with the reason, when the record is too short, flat or
-    irregular.
+    Parameters
+    ----------
+    record : LoopRecord
+        Control error (SP - PV, or PV where SP was not recorded, or not before the middle) and OP are used; missing
+        values are bridged.
 
+    Returns
+    -------
+    Oscillation
+        `oscillating` is False, with the reason, when the record is too short, flat or irregular.
+
+    Notes
+    -----
     Regularity: T = 2 (mean interval between zero crossings of the autocorrelation), r = T / (3 sigma_T), first
     interval skipped (`thornhill2003`). Intervals above and below zero are compared with their own mean, because even
     harmonics make the two differ at a perfectly regular period. A perfect wave's r is infinite; 10, at periods alike

@@ -39,9 +39,21 @@ def further_oscillations(
 ) -> tuple[float, tuple[FurtherOscillation, ...]]:
     """Share of the main oscillation, and the others.
 
-    `error`: control error [engineering units]. `samples_per_period`: period of the main oscillation over sampling
-    period [-]. `dt`: sampling period [s]. Gives `share`: share of the error's variance that the main oscillation
-    carries, harmonics included [-]; `others`: at most two, the larger first.
+    Parameters
+    ----------
+    error : ndarray, shape (n_samples,)
+        Control error [engineering units].
+    samples_per_period : float
+        Period of the main oscillation over sampling period [-].
+    dt : float
+        Sampling period [s].
+
+    Returns
+    -------
+    share : float
+        Share of the error's variance that the main oscillation carries, harmonics included [-].
+    others : tuple of FurtherOscillation
+        At most two, the larger first.
 
     Examples
     --------
@@ -85,8 +97,17 @@ def further_oscillations(
 def cycle_average(x: NDArray[np.float64], samples_per_period: float) -> NDArray[np.float64]:
     """Mean of a signal over its cycles, laid out again along the cycles found.
 
-    `x`: signal without gaps [any unit]. `samples_per_period`: period over sampling period [-]. Gives the mean cycle
-    about zero [unit of `x`]; 0 before the first and after the last whole cycle.
+    Parameters
+    ----------
+    x : ndarray, shape (n_samples,)
+        Signal without gaps [any unit].
+    samples_per_period : float
+        Period over sampling period [-].
+
+    Returns
+    -------
+    ndarray, shape (n_samples,)
+        The mean cycle about zero [unit of `x`]; 0 before the first and after the last whole cycle.
 
     Examples
     --------

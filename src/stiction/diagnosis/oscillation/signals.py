@@ -153,8 +153,17 @@ def half_cycles(x: NDArray[np.float64], samples_per_period: float) -> NDArray[np
     A half period ends where the signal, smoothed over a tenth of a period, crosses zero on its way through a band of
     a quarter of its deviation on either side; smaller crossings are noise.
 
-    `x`: signal about its drift. `samples_per_period`: period over sampling period [-]. Gives first sample and the one
-    past the last of each half period; the cut ones at the ends are left out, shape (n_half_periods, 2).
+    Parameters
+    ----------
+    x : ndarray, shape (n_samples,)
+        Signal about its drift.
+    samples_per_period : float
+        Period over sampling period [-].
+
+    Returns
+    -------
+    ndarray, shape (n_half_periods, 2)
+        First sample and the one past the last of each half period; the cut ones at the ends are left out.
 
     Examples
     --------

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from stiction.diagnosis.segment import NAME_CODES
 from stiction.diagnosis.verdict.diagnosis import Diagnosis
+from stiction.display.number_format import format_probability
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -29,7 +30,7 @@ def compare_readings(found: Sequence[Diagnosis]) -> Diagnosis:
         origin = replace(origin, assumptions=(*origin.assumptions, note))
         return replace(first, segment=replace(first.segment, record=replace(first.record, provenance=origin)))
     given = " ".join(
-        f"{text} Verdict: {one.verdict.replace('_', ' ')}, probability {one.probability:.2f}."
+        f"{text} Verdict: {one.verdict.replace('_', ' ')}, probability {format_probability(one.probability)}."
         for text, one in zip(read, found, strict=True)
     )
     why = f"The quality codes can be read in {len(found)} ways, with different verdicts; {NAME_CODES} {given}"

@@ -1,4 +1,4 @@
-"""What makes the loop oscillate: a bar for each of five causes."""
+"""What makes the loop oscillate: a bar for each cause."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.verdict.causes import CAUSES
+from stiction.diagnosis.verdict.causes import CAUSES, cause_models
 from stiction.report import labels, style
 from stiction.report.blocks import Figure, Table
 from stiction.report.figures.bars import horizontal_bars
@@ -24,14 +24,15 @@ def oscillation_causes(view: LoopView) -> Figure | None:
     scores = np.array([getattr(view.diagnosis.oscillation_cause, name) for name in CAUSES])
     names = [labels.CAUSES[name] for name in CAUSES]
     text = [f"{score:.2f}" for score in scores]
+    limit = cause_models().named
     plot = horizontal_bars(names, scores, text, "Score [-]")
     plot["layout"]["xaxis"] |= {"range": [0.0, 1.12], "dtick": 0.25}
-    plot["layout"]["shapes"] = [style.vertical_line(0.5)]
+    plot["layout"]["shapes"] = [style.vertical_line(limit)]
     main = labels.cause_label(view.diagnosis)
-    result = "no cause reaches 0.5" if main == "none" else f"the main cause is {main}"
+    result = f"no cause reaches {limit:g}" if main == "none" else f"the main cause is {main}"
     caption = (
-        f"Each cause has its own score from 0 to 1; the scores do not sum to 1. From 0.5 on (dotted line) a cause "
-        f"counts: {result}."
+        f"Each cause has its own score from 0 to 1; the scores do not sum to 1. From {limit:g} on (dotted line) a "
+        f"cause counts: {result}."
     )
     table = Table(["Cause", "Score [-]"], list(zip(names, text, strict=True)))
     return Figure(plot, "Causes of the oscillation", caption, 240, table)

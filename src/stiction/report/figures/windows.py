@@ -70,7 +70,9 @@ def _bars(
         "y": np.array([one.probability if height is None else height for one in parts]),
         "width": np.array([one.duration / size for one in parts]),
         "marker": {**marker, "line": {"color": style.TEXT_COLOR, "width": 1}},
-        "hovertext": [f"{HEADLINES[one.state]}, probability {one.probability:.2f}" for one in parts],
+        "hovertext": [
+            f"{HEADLINES[one.state]}, probability {labels.format_probability(one.probability)}" for one in parts
+        ],
         "hoverinfo": "text",
     }  # fmt: skip
 

@@ -92,8 +92,9 @@ def trial_row(trial: CompensationTrial, href: str) -> list[Cell | str]:
 
 
 def settings_text(tried: RemedyTrial) -> str:
-    """Return the settings of a remedy with their units."""
-    return format_settings({k: v for k, v in tried.remedy.settings.items() if not isinstance(v, (bool, str))})
+    """Return the settings of a remedy with their units; a line of a narrow cell ends only between two settings."""
+    text = format_settings({k: v for k, v in tried.remedy.settings.items() if not isinstance(v, (bool, str))})
+    return ", ".join(one.replace(" ", "\u00a0") for one in text.split(", "))
 
 
 def remedy_note(tried: RemedyTrial, trial: CompensationTrial) -> str:

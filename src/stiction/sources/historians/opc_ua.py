@@ -11,13 +11,7 @@ from stiction.sources.historians.opc_ua_browse import browse_variables, describe
 from stiction.sources.historians.opc_ua_connection import connect
 from stiction.sources.historians.opc_ua_history import RawValue, quality_word, read_last_before, read_pages
 from stiction.sources.historians.run_async import run_async
-from stiction.sources.historians.tag_history import (
-    HistorianTag,
-    TagHistory,
-    make_history,
-    needs_value_before,
-    with_value_before,
-)
+from stiction.sources.historians.tag_history import HistorianTag, begin_with, changed_seldom, make_history
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -27,8 +21,7 @@ if TYPE_CHECKING:
 
     from stiction.errors import StictionError
     from stiction.sources.historians.address import HistorianAddress
-
-    Histories = dict[str, TagHistory | StictionError]
+    from stiction.sources.historians.tag_history import Histories, TagHistory
 
 __all__ = ["OpcUaHistorian", "choose_tags", "find_opc_ua_tags"]
 
@@ -64,25 +57,13 @@ class OpcUaHistorian:
                     else:
                         raw[node] = page
                 found = {tag.name: self._history(tag, raw[tag.address], until.timestamp()) for tag in tags}
-                return await self._begin(client, tags, found, since)
+                seldom = changed_seldom(found, tags, since.timestamp())
+                names = {tag.address: tag.name for tag in tags}
+                for node, one in (await read_last_before(client, seldom, since)).items():
+                    begin_with(found, names[node], since.timestamp(), one.value, quality_word(one.status))
+                return found
 
         return run_async(read())
-
-    async def _begin(
-        self, client: Client, tags: Sequence[HistorianTag], found: Histories, since: datetime
-    ) -> Histories:
-        """Let tags that changed seldom begin with the value that stood at `since`."""
-        first = since.timestamp()
-        seldom = {
-            tag.address: tag.name
-            for tag in tags
-            if isinstance(history := found[tag.name], TagHistory) and needs_value_before(history, first)
-        }
-        for node, value in (await read_last_before(client, list(seldom), since)).items():
-            history = found[seldom[node]]
-            if isinstance(history, TagHistory):
-                found[seldom[node]] = with_value_before(history, first, value.value, quality_word(value.status))
-        return found
 
     def _history(self, tag: HistorianTag, found: list[RawValue] | str, end: float) -> TagHistory | StictionError:
         if isinstance(found, str):

@@ -6,7 +6,7 @@ import asyncio
 import logging
 import os
 import socket
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
 from stiction.errors import RecordError, StictionError, import_extra
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from stiction.sources.historians.address import HistorianAddress
 
-__all__ = ["connect", "connection_error", "make_client", "trust_server"]
+__all__ = ["connect", "connection_error", "trust_server"]
 
 TIMEOUT_S = 10.0
 """Time for an answer of the server [s]."""
@@ -40,31 +40,27 @@ async def connect(address: HistorianAddress) -> AsyncIterator[Client]:
     RecordError
         When it cannot be reached, its certificate is not trusted, or it refuses the user.
     """
+    connected = None
     try:
-        client = await make_client(address)
+        client = await _make_client(address)
         await client.connect()
-    except StictionError:
-        raise
-    except Exception as error:
-        raise connection_error(error, address) from None
-    try:
+        connected = client
         yield client
     except StictionError:
         raise
     except Exception as error:
         raise connection_error(error, address) from None
     finally:
-        try:
-            await asyncio.wait_for(client.disconnect(), TIMEOUT_S)
-        except Exception:  # the server is gone
-            logging.getLogger(__name__).debug("disconnecting failed", exc_info=True)
+        if connected is not None:
+            with suppress(Exception):  # the server is gone
+                await asyncio.wait_for(connected.disconnect(), TIMEOUT_S)
 
 
-async def make_client(address: HistorianAddress, **options: Any) -> Client:
-    """Make a client with security and user, not yet connected; `options` are those of ``asyncua.Client``."""
+async def _make_client(address: HistorianAddress) -> Client:
+    """Make a client with security and user, not yet connected."""
     asyncua = import_extra("asyncua", "live")
     logging.getLogger("asyncua").setLevel(logging.CRITICAL)  # it logs what is raised here
-    client = asyncua.Client(address.url, timeout=TIMEOUT_S, **options)
+    client = asyncua.Client(address.url, timeout=TIMEOUT_S)
     client.application_uri = _application_uri()
     policy, mode, certificate = await _choose_endpoint(client)
     if policy is not None:
@@ -103,7 +99,7 @@ def connection_error(error: Exception, address: HistorianAddress) -> RecordError
     elif name.startswith("BadCertificate") or name == "BadSecurityChecksFailed":
         what = f"refuses the certificate of stiction ({name})"
         remedy = f"accept {configuration_folder() / 'certificate.der'} on the server"
-    elif isinstance(error, (OSError, TimeoutError, asyncio.TimeoutError)) or name in LOST:
+    elif isinstance(error, (OSError, TimeoutError)) or name in LOST:
         reason = getattr(error, "strerror", None) or str(error) or "no answer"
         what, remedy = f"cannot be reached ({reason})", "check host and port, and whether the server runs"
     else:

@@ -92,56 +92,55 @@ async def read_pages(
     A node has as many pages as the server needs; the last one may be empty. Where a server cuts a page without a
     continuation point, the next page begins at the last time of this one.
     """
-    ua = import_extra("asyncua.ua", "live")
-
     for chunk in chunks(since.items(), NODES_PER_CALL):
         waiting = [_Reading(node, first) for node, first in chunk]
         while waiting:
             start = waiting[0].start
             now = [one for one in waiting if one.start == start]
             waiting = [one for one in waiting if one.start != start]
-            asked = _history_request(ua)
-            asked.HistoryReadDetails = ua.ReadRawModifiedDetails(
-                IsReadModified=False, StartTime=start, EndTime=until, NumValuesPerNode=VALUES_PER_NODE,
-                ReturnBounds=False,
-            )  # fmt: skip
-            asked.NodesToRead = [
-                ua.HistoryReadValueId(NodeId=ua.NodeId.from_string(one.node), ContinuationPoint=one.point)
-                for one in now
-            ]
-            for one, result in zip(now, await client.uaclient.history_read(asked), strict=True):
+            points = [(one.node, one.point) for one in now]
+            results = await _read_history(client, points, start, until, VALUES_PER_NODE)
+            for one, result in zip(now, results, strict=True):
                 if result.StatusCode.value & BAD:
                     if one.point and one.last and result.StatusCode.name == LOST_POINT:
                         waiting.append(_from_last(one))
                     else:
                         yield one.node, result.StatusCode.name
                     continue
-                data = getattr(result.HistoryData, "DataValues", None) or []
-                page = [value for item in data if (value := raw_value(item)) is not None]
+                page = _values(result)
                 yield one.node, page[one.known :]
                 if following := _next_page(one, result.ContinuationPoint, page):
                     waiting.append(following)
 
 
-def _history_request(ua: Any) -> Any:
-    return ua.HistoryReadParameters(TimestampsToReturn=ua.TimestampsToReturn.Both, ReleaseContinuationPoints=False)
+async def _read_history(
+    client: Client, points: Sequence[tuple[str, bytes | None]], start: datetime, end: datetime, most: int
+) -> Sequence[Any]:
+    """Results of one call for nodes with their continuation points, `most` values each [-]."""
+    ua = import_extra("asyncua.ua", "live")
+    asked = ua.HistoryReadParameters(TimestampsToReturn=ua.TimestampsToReturn.Both, ReleaseContinuationPoints=False)
+    asked.HistoryReadDetails = ua.ReadRawModifiedDetails(
+        IsReadModified=False, StartTime=start, EndTime=end, NumValuesPerNode=most, ReturnBounds=False
+    )
+    asked.NodesToRead = [
+        ua.HistoryReadValueId(NodeId=ua.NodeId.from_string(node), ContinuationPoint=point) for node, point in points
+    ]
+    return await client.uaclient.history_read(asked)
+
+
+def _values(result: Any) -> list[RawValue]:
+    data = getattr(result.HistoryData, "DataValues", None) or []
+    return [value for item in data if (value := raw_value(item)) is not None]
 
 
 async def read_last_before(client: Client, nodes: Sequence[str], moment: datetime) -> dict[str, RawValue]:
     """Read the last value of nodes before a time; nodes that have none, or cannot be read, are left out."""
-    ua = import_extra("asyncua.ua", "live")
-
     found: dict[str, RawValue] = {}
     for chunk in chunks(nodes, NODES_PER_CALL):
-        asked = _history_request(ua)
         # an end before the start: backwards (OPC UA Part 11, 6.4.3)
-        asked.HistoryReadDetails = ua.ReadRawModifiedDetails(
-            IsReadModified=False, StartTime=moment, EndTime=moment - LOOK_BACK, NumValuesPerNode=1, ReturnBounds=False
-        )
-        asked.NodesToRead = [ua.HistoryReadValueId(NodeId=ua.NodeId.from_string(node)) for node in chunk]
-        for node, result in zip(chunk, await client.uaclient.history_read(asked), strict=True):
-            data = getattr(result.HistoryData, "DataValues", None) or []
-            values = [value for item in data if (value := raw_value(item)) is not None]
+        results = await _read_history(client, [(node, None) for node in chunk], moment, moment - LOOK_BACK, 1)
+        for node, result in zip(chunk, results, strict=True):
+            values = _values(result)
             if values and values[0].seconds <= moment.timestamp():
                 found[node] = values[0]
     return found

@@ -15,12 +15,13 @@ from stiction.errors import RecordError, StictionError
 from stiction.sources.historians.chunks import chunks
 from stiction.sources.historians.pi_requests import PiRequests, RequestTooLargeError, error_texts
 from stiction.sources.historians.pi_values import PiPages, parse_item
-from stiction.sources.historians.tag_history import HistorianTag, TagHistory, needs_value_before, with_value_before
+from stiction.sources.historians.tag_history import HistorianTag, begin_with, changed_seldom
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from stiction.sources.historians.address import HistorianAddress
+    from stiction.sources.historians.tag_history import Histories
 
 __all__ = ["PiWebApi"]
 
@@ -54,11 +55,9 @@ class PiWebApi:
             found = {tag.name: tag for pattern in patterns for tag in _search(server, web_id, pattern)}
             return list(found.values())
 
-    def read(
-        self, tags: Sequence[HistorianTag], since: datetime, until: datetime
-    ) -> dict[str, TagHistory | StictionError]:
+    def read(self, tags: Sequence[HistorianTag], since: datetime, until: datetime) -> Histories:
         """Read the recorded values from `since` on and before `until`."""
-        found: dict[str, TagHistory | StictionError] = {}
+        found: Histories = {}
         with PiRequests(self.address) as server:
             for chunk in _by_length(tags):
                 for tag, pages in _read_chunk(server, chunk, since, until).items():
@@ -67,20 +66,10 @@ class PiWebApi:
                 self._begin(server, chunk, found, since)
         return found
 
-    def _begin(
-        self,
-        server: PiRequests,
-        tags: Sequence[HistorianTag],
-        found: dict[str, TagHistory | StictionError],
-        since: datetime,
-    ) -> None:
+    def _begin(self, server: PiRequests, tags: Sequence[HistorianTag], found: Histories, since: datetime) -> None:
         """Let tags that changed seldom begin with the value that stood at `since`."""
-        first = since.timestamp()
-        seldom = {
-            tag.address: tag.name
-            for tag in tags
-            if isinstance(history := found[tag.name], TagHistory) and needs_value_before(history, first)
-        }
+        names = {tag.address: tag.name for tag in tags}
+        seldom = changed_seldom(found, tags, since.timestamp())
         if not seldom:
             return
         query = [*(("webId", one) for one in seldom), ("time", _stamp(since)), ("retrievalMode", "AtOrBefore")]
@@ -89,11 +78,9 @@ class PiWebApi:
         except RecordError:  # then the tags begin with their first value
             return
         for item in items:
-            name = seldom.get(str(item.get("WebId")), "")
             value, quality = parse_item(item.get("Value") or {"Good": False})
-            history = found.get(name)
-            if value is not None and isinstance(history, TagHistory):
-                found[name] = with_value_before(history, first, value, quality)
+            if value is not None and (name := names.get(str(item.get("WebId")))):
+                begin_with(found, name, since.timestamp(), value, quality)
 
     def _archive(self, server: PiRequests) -> tuple[str, str]:
         """Name and WebId of the data archive: the one of the address, or the only one."""
@@ -147,7 +134,7 @@ def _tag(point: dict[str, Any]) -> HistorianTag:
 def _by_length(tags: Sequence[HistorianTag]) -> list[list[HistorianTag]]:
     """Tags in chunks whose WebIds fit into one query."""
     length = max((len(tag.address) for tag in tags), default=1) + len("webId=&")
-    return list(chunks(tags, max(1, (MAX_QUERY - 300) // length)))
+    return chunks(tags, max(1, (MAX_QUERY - 300) // length))
 
 
 def _read_chunk(

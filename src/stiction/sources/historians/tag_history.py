@@ -16,7 +16,9 @@ if TYPE_CHECKING:
 
     from stiction.errors import StictionError
 
-__all__ = ["Historian", "HistorianTag", "TagHistory", "make_history", "needs_value_before", "with_value_before"]
+    Histories = dict[str, "TagHistory | StictionError"]
+
+__all__ = ["Historian", "HistorianTag", "TagHistory", "begin_with", "changed_seldom", "make_history"]
 
 
 @dataclass(frozen=True)
@@ -54,23 +56,22 @@ class Historian(Protocol):
         """Find tags by patterns such as ``FIC*``, or `exact`ly by their names; empty `wanted` finds all."""
         ...
 
-    def read(
-        self, tags: Sequence[HistorianTag], since: datetime, until: datetime
-    ) -> dict[str, TagHistory | StictionError]:
+    def read(self, tags: Sequence[HistorianTag], since: datetime, until: datetime) -> Histories:
         """Read the values from `since` on and before `until`: name -> history, or why the tag cannot be read."""
         ...
 
 
-def needs_value_before(history: TagHistory, since: float, *, steps: float = 5.0) -> bool:
-    """Whether the value that stood at `since` [s] is needed: the first one comes later than some usual steps [-]."""
-    t = history.seconds
-    return t.size < 2 or t[0] - since > steps * float(np.median(np.diff(t)))
+def changed_seldom(found: Histories, tags: Sequence[HistorianTag], since: float, *, steps: float = 5.0) -> list[str]:
+    """Addresses of tags that need the value that stood at `since` [s]: the first one comes some steps [-] later."""
+    times = {tag.address: one.seconds for tag in tags if isinstance(one := found[tag.name], TagHistory)}
+    return [node for node, t in times.items() if t.size < 2 or t[0] - since > steps * float(np.median(np.diff(t)))]
 
 
-def with_value_before(history: TagHistory, since: float, value: object, quality: str) -> TagHistory:
-    """Put the value that stood before at `since` [s] in front."""
-    cells, words = history.values.to_list(), history.quality.to_list()
-    return make_history([since, *history.seconds], [value, *cells], [quality, *words])
+def begin_with(found: Histories, name: str, since: float, value: object, quality: str) -> None:
+    """Put the value that stood before at `since` [s] in front of a history."""
+    if isinstance(one := found[name], TagHistory):
+        cells, words = one.values.to_list(), one.quality.to_list()
+        found[name] = make_history([since, *one.seconds], [value, *cells], [quality, *words])
 
 
 def make_history(seconds: Sequence[float], values: Sequence[object], quality: Sequence[str]) -> TagHistory:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.display.number_format import format_number
 from stiction.errors import RecordError, Setting
 from stiction.sources.values.number_text import is_number, parse_number
 
@@ -91,8 +92,9 @@ def refuse_other_decimal(
     numbers = {text: n for text, n in texts.items() if other in text and is_number(text, other)}
     found = sum(numbers.values())
     if found > max(1.0, max_share * n_cells):
+        percent = format_number(100.0 * found / n_cells, significant=2)
         raise RecordError(
-            f"{100.0 * found / n_cells:.2g} % of its cells, such as {max(numbers, key=numbers.__getitem__)}, "
+            f"{percent} % of its cells, such as {max(numbers, key=numbers.__getitem__)}, "
             f"are numbers only with a decimal {'comma' if other == ',' else 'point'}",
             remedy=("leave out ", Setting("decimal"), ", or give ", Setting("decimal", other)),
             where=where,
