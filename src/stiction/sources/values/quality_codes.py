@@ -3,24 +3,23 @@
 from __future__ import annotations
 
 import re
+import tomllib
 from collections import Counter
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import TYPE_CHECKING, Literal
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 import polars as pl
 
 from stiction.errors import RecordError, Setting
 from stiction.sources.roles.vocabulary import MISSING_WORDS, MODES
-from stiction.sources.values.quality_schemes import PERCENT_GOOD, SCHEMES
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Mapping
 
     from numpy.typing import NDArray
-
-    from stiction.sources.values.quality_schemes import Scheme
 
     Mark = Literal["good", "uncertain", "bad"]
     Marks = dict[str, Mark]
@@ -47,6 +46,38 @@ _PERCENT = re.compile(r"-?[0-9]{1,3}(\.[0-9]*)?")
 _WRAPPED = re.compile(
     r"(?:[A-Z]*(?:STATUS|QUALITY)[A-Z]*|0X[0-9A-F]+|\d+)\s*[.:(\[-]+\s*(?:VALUE=)?([A-Z].*?|0X[0-9A-F]+|\d+)[)\]]?"
 )
+
+
+class Scheme(NamedTuple):
+    """The codes of one vendor or standard; what each field means stands in `quality_schemes.toml` beside this page."""
+
+    name: str
+    words: tuple[str, ...]
+    good: tuple[str | int | range, ...]
+    uncertain: tuple[str | int | range, ...]
+    bad: tuple[str | int | range, ...]
+    mask: int
+    numbers: range
+    needs_word: bool
+    needs_fault: bool
+
+
+def _code(written: Any) -> Any:
+    """Give a code as a text, a number or a range of numbers."""
+    low, dots, high = str(written).partition("..")
+    return range(int(low), int(high) + 1) if dots else written
+
+
+def _scheme(row: dict[str, Any]) -> Scheme:
+    good, uncertain, bad = (tuple(map(_code, row.get(mark, ()))) for mark in ("good", "uncertain", "bad"))
+    numbers = _code(row.get("numbers", "-2147483648..4294967295"))
+    flags = (row.get(name, False) for name in ("needs_word", "needs_fault"))
+    return Scheme(row["name"], tuple(row.get("words", ())), good, uncertain, bad, row.get("mask", -1), numbers, *flags)
+
+
+_TABLE = tomllib.loads(Path(__file__).with_name("quality_schemes.toml").read_text(encoding="utf-8"))
+SCHEMES = tuple(map(_scheme, _TABLE["scheme"]))
+PERCENT_GOOD: list[str] = _TABLE["percent_good"]
 
 
 @dataclass(frozen=True)
