@@ -33,8 +33,8 @@ def feature_row(loop: KnownLoop) -> dict[str, Any]:
     dict
         Columns of the table; features are missing where the record cannot be judged.
     """
+    from stiction.diagnosis import diagnose
     from stiction.diagnosis.identification.intervals import INTERVAL_FEATURES
-    from stiction.diagnosis.pipeline import diagnose
 
     started = time.process_time()
     found = diagnose(loop.record)

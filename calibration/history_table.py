@@ -32,7 +32,7 @@ def history_rows(task: tuple[str, int, int]) -> list[dict[str, Any]]:
     list of dict
         Columns of the table; features are missing where the window cannot be judged.
     """
-    from stiction.diagnosis.pipeline import diagnose
+    from stiction.diagnosis import diagnose
 
     simulator, number, seed = task
     rows = []

@@ -1,10 +1,10 @@
 """Whose fault is it, and how much? From a record to a verdict."""
 
+from stiction.diagnosis.diagnose import diagnose
 from stiction.diagnosis.diagnoses import Diagnoses, diagnose_all
 from stiction.diagnosis.identification import Identification, ModelComparison, compare_models
 from stiction.diagnosis.identify import identify
 from stiction.diagnosis.oscillation import find_oscillation
-from stiction.diagnosis.pipeline import diagnose
 from stiction.diagnosis.result import Evidence, Oscillation
 from stiction.diagnosis.verdict.diagnosis import Diagnosis
 

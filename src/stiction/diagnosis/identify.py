@@ -72,7 +72,7 @@ def identify(record: LoopRecord, model: str = "kano", *, period: float | None = 
     require_record(record)
     if period is not None:
         return identify_model(fit_segment(judge_in_control(record, period=period)), model)
-    found = diagnose(record, methods=False)
+    found = diagnose([record], methods=False)
     segment = require_in_control(found.segment)
     if model == "kano" and found.identification is not None:
         return found.identification

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stiction.diagnosis.detection import detect_all
 from stiction.diagnosis.evidence.diagnose_windows import diagnose_windows
 from stiction.diagnosis.evidence.further import diagnose_further
-from stiction.diagnosis.evidence.one_loop import order_records
 from stiction.diagnosis.identification.identify_record import fit_segment
 from stiction.diagnosis.identification.loop_response import fit_response
 from stiction.diagnosis.identification.regression import one_thread
@@ -24,7 +23,6 @@ from stiction.diagnosis.verdict.finding import is_backlash
 from stiction.diagnosis.verdict.model import log_odds, stiction_model
 from stiction.diagnosis.verdict.readings import compare_readings
 from stiction.errors import require_positive, require_probability
-from stiction.sources.one_loop import records_of_loop
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -37,62 +35,20 @@ __all__ = ["diagnose", "diagnose_new"]
 
 
 def diagnose(
-    record: LoopRecord | Sequence[LoopRecord] | Any,
+    records: Sequence[LoopRecord],
     *,
-    tag: str | None = None,
     prior: float = 0.25,
     costs: Costs | None = None,
     smallest_S: float = DEFAULT_SMALLEST_S,
     methods: bool = True,
 ) -> Diagnosis:
-    """Say whether the valve of a loop sticks, how much, how sure that is, and what to do.
+    """Diagnose a loop from its records, in the order of time and none twice; see `order_records`.
 
-    Parameters
-    ----------
-    record : LoopRecord or sequence of LoopRecord
-        A record of one loop, OP and PV at least, or several of the same loop; or a path or data frame that holds one
-        loop. Long records are cut into windows, which are judged one by one and pooled.
-    tag : str, optional
-        The loop, where the path or frame holds several.
-    prior : float
-        Share of sticky valves where the record comes from [-].
-    costs : Costs, optional
-        What a false alarm, a missed sticky valve and an open question cost; 1, 1 and 0.3 when not given.
-    smallest_S : float
-        Smallest S that matters [% of span]: no valve is called good whose stiction of this size would not have shown.
-    methods : bool
-        Whether the published methods are applied as well, for comparison: `Diagnosis.evidence`. They take a tenth of
-        the time, and no other number depends on them.
-
-    Returns
-    -------
-    Diagnosis
-        Verdict with probability, reason and action; the evidence; the identified valve and process. A record that
-        cannot be judged is `undecided`, with the reason.
-
-    Raises
-    ------
-    RecordError
-        When a record has no PV at all, or the path or frame cannot be read; or when records are not of one loop, or
-        contradict each other.
-    ParameterError
-        When the path or frame holds several loops and `tag` names none of them, the prior is not between 0 and 1, or
-        `smallest_S` is not positive.
-
-    Notes
-    -----
-    The stages are those of the code below, each a function of the results before it. See docs/understand/verdict.md.
-
-    Examples
-    --------
-    >>> import stiction as st
-    >>> loop = st.Loop(st.PID(0.2, 10.0), st.Kano(5.0, 2.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
-    >>> st.diagnose(st.simulate(loop, sp=10.0, duration=2000.0, loop_type="flow")).verdict
-    'stiction'
+    `stiction.diagnose` puts them in order, reads paths and frames, and describes parameters, result and errors.
     """
     require_probability("prior", prior)
     smallest_S = require_positive("smallest_S", smallest_S, "% of span")
-    costs, records = costs or Costs(), order_records(records_of_loop(record, tag))
+    costs = costs or Costs()
 
     def judge(segment: JudgedSegment, methods: bool) -> Diagnosis:
         return _diagnose(segment, prior, costs, smallest_S, methods)
@@ -123,7 +79,7 @@ def diagnose_new(
 
     with one_thread():
         if record.other_readings:
-            return diagnose(record, prior=prior, costs=costs, smallest_S=smallest_S, methods=False), []
+            return diagnose([record], prior=prior, costs=costs, smallest_S=smallest_S, methods=False), []
         return diagnose_further(record, stored, length, judge)
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiction.diagnosis.pipeline import diagnose
+from stiction.diagnosis import diagnose
 from stiction.diagnosis.verdict.features import FEATURES
 from stiction.errors import MissingExtraError
 from stiction.records.record import require_record

@@ -18,7 +18,7 @@ def warm_kernels(samples: int, dt: float) -> tuple[float, float]:
     `samples`: samples of a loop [-]. `dt`: sampling period [s]. Gives time in which a worker starts, and time of one
     loop without reading it [s].
     """
-    from stiction.diagnosis import diagnose
+    from stiction.diagnosis.pipeline import diagnose
     from stiction.fleet.block_means import common_clock, make_block_means
     from stiction.fleet.loop_oscillations import find_loop_oscillations
     from stiction.models import FOPDT, PID, Kano, Loop
@@ -28,7 +28,7 @@ def warm_kernels(samples: int, dt: float) -> tuple[float, float]:
         loop = Loop(PID(0.2, 10.0 * dt), Kano(5.0, 2.0), FOPDT(3.0, 10.0 * dt, 10.0 * dt), dt=dt, noise=0.1)
         record = simulate(loop, sp=10.0, duration=length * dt, seed=0, loop_type="flow")
         began = time.monotonic()
-        diagnose(record)
+        diagnose([record])
         find_loop_oscillations(make_block_means(record, common_clock([record])))
         return time.monotonic() - began
 
