@@ -69,7 +69,7 @@ def test_all_loops_are_diagnosed(records, files):
     assert frame["finding_text"][0] == "Valve stiction"
     assert frame["S"].to_list() == [found[0].S, None]
     assert found.to_frame("pandas").columns.tolist() == frame.columns == found.to_frame("pyarrow").column_names
-    assert repr(found) == "<Diagnoses: 2 loops, 1 sticks>"
+    assert repr(found) == "<Diagnoses: 2 loops, stiction in 1>"
     assert "Valve stiction" in found._repr_html_()
     assert [one.record.tag for one in st.diagnose_all(records)] == found.tags
 

@@ -37,7 +37,7 @@ class Diagnoses(TaggedList[Diagnosis]):
     >>> loop = st.Loop(st.PID(0.2, 10.0), st.Kano(5.0, 2.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0)
     >>> found = st.diagnose_all([st.simulate(loop, sp=10.0, duration=2000.0, tag="FIC-101")])
     >>> found
-    <Diagnoses: 1 loop, 1 sticks>
+    <Diagnoses: 1 loop, stiction in 1>
     >>> found["FIC-101"].verdict, found.to_frame()["finding_text"].to_list()
     ('stiction', ['Valve stiction'])
     """
@@ -53,7 +53,7 @@ class Diagnoses(TaggedList[Diagnosis]):
         """The number of loops, and of those whose valve sticks, in one line."""
         sticky = sum(one.verdict == "stiction" for one in self)
         left = f", {len(self.failures)} not read" if self.failures else ""
-        return f"<Diagnoses: {count_noun(len(self), 'loop')}, {sticky} {'sticks' if sticky == 1 else 'stick'}{left}>"
+        return f"<Diagnoses: {count_noun(len(self), 'loop')}, stiction in {sticky}{left}>"
 
     def summary(self) -> str:
         """One line for each loop: finding and next step."""

@@ -20,7 +20,7 @@ FINDINGS = {
     "not_in_command": "The controller is not in command",
     "sensor": "PV sensor",
     "no_data": "The data cannot be used",
-    "cause_unknown": "The cause is not in this record",
+    "cause_unknown": "The record does not show the cause",
     "cannot_tell": "Cannot tell whether the valve sticks",
     "nothing_found": "No valve stiction found",
 }

@@ -61,7 +61,12 @@ def write_work_list_page(audit: Audit, items: Sequence[WorkItem], orders: dict[s
         for kind in KINDS
         if (of_kind := [one for one in items if one.kind == kind])
     ]
-    waiting = sum(row.finding in OPEN and not row.oscillating for row in audit.rows)
+    listed = {item.tag for item in items}
+    left = [row for row in audit.rows if row.tag not in listed]
+    following = [row for row in left if row.follows is not None]
+    alone = [row for row in left if row.follows is None]
+    fine = sum(row.finding == "nothing_found" for row in alone)
+    waiting = sum(row.finding in OPEN and not row.oscillating for row in alone)
     page = (
         environment()
         .get_template("worklist.html")
@@ -71,8 +76,9 @@ def write_work_list_page(audit: Audit, items: Sequence[WorkItem], orders: dict[s
             sections=sections,
             orders=orders,
             waiting=waiting,
-            following=sum(row.follows is not None for row in audit.rows),
-            fine=sum(row.finding == "nothing_found" for row in audit.rows),
+            following=len(following),
+            fine=fine,
+            elsewhere=len(alone) - fine - waiting,
             style=Markup(_asset("page.css") + _asset("worklist.css")),
             version=__version__,
         )

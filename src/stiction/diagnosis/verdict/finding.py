@@ -160,7 +160,8 @@ def explain_next_step(found: Findings) -> str:
     period = oscillation.period if oscillation.oscillating else float("nan")
     test = f"Put the controller in manual for {_minutes(TEST_PERIODS * period)}" if period > 0.0 else ""
     if code in ("cause_unknown", "cannot_tell") and test:
-        text = f"{test}: if PV keeps swinging, the cause is outside; if it stops, it is the valve or the tuning."
+        inside = "the tuning" if found.verdict == "no_stiction" else "the valve or the tuning"
+        text = f"{test}: if PV keeps swinging, the cause is outside; if it stops, it is {inside}."
         return text if found.S_detectable is not None else f"{text} {_step(found)}"
     if code == "external":
         stem = "a stem that still moves with OP held is a positioner that hunts"
@@ -189,7 +190,7 @@ def _step(found: Findings) -> str:
     op, size = found.segment.op, max(MIN_TEST_STEP, 2.0 * found.smallest_S)
     if found.S_detectable is None:
         moved = float(np.ptp(op)) if op.size else 0.0
-        missing = f"OP moved {moved:.1f} %, and no effect on PV is shown that a sticky or stuck valve would lack."
+        missing = f"OP moved {moved:.1f} %, but the record does not show that the valve followed."
     else:
         missing = f"Stiction below {found.S_detectable:.1f} % of span would not show."
     ask = f"Step OP by {size:g} % each way in manual, or send a record with a set point or load change."
