@@ -80,12 +80,9 @@ def read_code_counts(
 ) -> list[CodeReading]:
     """Give the ways to read the codes of a quality column, the likeliest first: one, unless schemes disagree.
 
-    `counts` are the rows of each code in capitals; blank ones are good. Schemes that the `heading` names go before
-    those that `others`, the headings beside it, name, and these before the rest. A reading is kept if its share of good
-    rows is `min_share_ratio` of that of the best one [-]. A share of good data is good from `min_percent` [%].
+    `counts` are the rows of each code in capitals, blanks good. Schemes of the `heading` go before those of `others`
+    beside it. A reading needs `min_share_ratio` of the best share of good rows [-]; percentages need `min_percent` [%].
 
-    Examples
-    --------
     >>> [(sorted(one.missing), one.note) for one in read_code_counts(Counter({"192": 90, "24": 8, "64": 2}))]
     [(['24', '64'], '192 is good, 24 and 64 are not (OPC DA)')]
     >>> [sorted(one.missing) for one in read_code_counts(Counter({"0": 60, "1": 40}))]
