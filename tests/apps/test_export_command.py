@@ -13,6 +13,14 @@ import stiction as st
 from stiction.apps.cli import main
 
 
+def test_nothing_is_written_where_one_path_exists(tmp_path, capsys):
+    (tmp_path / "kano.mo").write_text("")
+    paths = ["--fmu", f"{tmp_path}/kano.fmu", "--modelica", f"{tmp_path}/kano.mo"]
+    assert main(["export", "kano:S=5,J=2", "--dt", "1", *paths]) == 3
+    assert "kano.mo: exists and is not replaced" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["kano.mo"]
+
+
 def test_all_forms_in_one_run(tmp_path, capsys):
     arguments = ["--fmu", f"{tmp_path}/kano.fmu", "--c", f"{tmp_path}/c", "--modelica", f"{tmp_path}/Kano.mo"]
     arguments += ["--matlab", f"{tmp_path}/kano.m", "--fmi", "3.0", "--json"]
@@ -33,6 +41,7 @@ def test_all_forms_in_one_run(tmp_path, capsys):
         (["two-move:S=3,J=1", "--fmu", "x.fmu"], "band"),
         (["kano:S=5,J=2", "--fmu", "x.fmu", "--fmi", "1.0"], "use '2.0' or '3.0'"),
         (["kano:S=5,J=2", "--matlab", "for.m"], "is reserved"),
+        (["kano:S=5,J=2", "--matlab", "same", "--modelica", "./same"], "two options name the same path"),
     ],
 )
 def test_wrong_use(arguments, text, tmp_path, capsys, monkeypatch):

@@ -13,8 +13,8 @@ from hypothesis import strategies as some
 import stiction as st
 from stiction.apps import parse_model
 from stiction.apps.parse_signal import parse_levels, parse_op_signal
-from stiction.apps.parse_transfer_function import parse_transfer_function
 from stiction.errors import ParameterError, RecordError
+from stiction.models.parse_transfer_function import parse_transfer_function
 
 S = 0.3 + 0.7j
 

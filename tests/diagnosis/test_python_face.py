@@ -83,6 +83,14 @@ def test_what_cannot_be_read_is_said(files, tmp_path):
     assert "bad.csv" in found.failures[0]
 
 
+def test_empty_frame_and_costs_of_another_type_are_refused(records):
+    pl = pytest.importorskip("polars")
+    with pytest.raises(st.RecordError, match="export PV and OP of a loop"):
+        st.diagnose(pl.DataFrame())
+    with pytest.raises(st.ParameterError, match="is no Costs"):
+        st.diagnose(records[0], costs=(1.0, 1.0, 0.3))
+
+
 def test_results_are_named_in_one_line(records):
     sticky, good = (st.diagnose(record, methods=False) for record in records)
     assert repr(sticky) == f"<Diagnosis FIC-0: sticks, probability of stiction >0.99, S = {sticky.S:.2g}\u00a0%>"

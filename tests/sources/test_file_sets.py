@@ -193,3 +193,17 @@ def test_parts_open_as_the_whole_source(tmp_path: Path) -> None:
     for tag, files in zip(loops.tags, loops.files, strict=True):
         assert tag in open_loops(list(files)).tags
     assert sorted(len(files) for files in loops.files) == [1, 2, 2]
+
+
+def test_following_files_of_another_sampling_period_or_scale_are_not_joined(tmp_path):
+    """A day in seconds and one in steps of 5 s, or with OP as a fraction, would be one record with gaps or a jump."""
+    import stiction as st
+
+    def write(name, start, step, scale):
+        rows = [f"{start + k * step},{150 + k % 7},{scale * (50 + k % 5)},150" for k in range(200)]
+        (tmp_path / name).write_text("\n".join(["Time,FIC1.PV,FIC1.OP,FIC1.SP", *rows]) + "\n")
+
+    write("a.csv", 0, 1, 1.0)
+    for step, scale, loops in ((1, 1.0, 1), (5, 1.0, 2), (1, 0.01, 2)):
+        write("b.csv", 200, step, scale)
+        assert len(st.read([tmp_path / "a.csv", tmp_path / "b.csv"])) == loops, (step, scale)

@@ -76,6 +76,7 @@ def test_a_file_is_read_with_its_defaults(tmp_path):
         ("port = 9464", "port = 94640", 22, "port = 94640 is no port number; give 1 to 65535."),
         ('address = "data"', 'addres = "data"', 10, "addres = 'data': the key is unknown; did you mean address?"),
         ('address = "data"', "", 9, "address is missing; write it."),
+        ('address = "data"', 'address = "data"\npassword = "pw@1"', 11, "password: credentials do not stand here"),
         ("opc.tcp://plant:4840", "opc.tcp://ana:pw@plant:4840", 4, "STICTION_HISTORIAN_PASSWORD"),
     ],
 )

@@ -26,8 +26,8 @@ def benchmark(folder: str = ".", /, *, as_json: JsonOption = False) -> int:
     """
     import time
 
-    from stiction.apps.labels import read_labels
     from stiction.apps.output import track
+    from stiction.fleet.record_labels import read_labels
     from stiction.fleet.verdict_scores import (
         calibration_error,
         confusion_counts,

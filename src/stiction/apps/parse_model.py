@@ -12,7 +12,6 @@ import math
 import re
 from typing import TYPE_CHECKING, Any
 
-from stiction.apps.parse_transfer_function import parse_transfer_function
 from stiction.errors import ParameterError, StictionError
 
 if TYPE_CHECKING:
@@ -139,6 +138,7 @@ def parse_process(spec: str | Mapping[str, Any]) -> TransferFunction:
     (10.0, [10.0, 1.0])
     """
     from stiction.models import FOPDT, SOPDT, Integrating, TransferFunction
+    from stiction.models.parse_transfer_function import parse_transfer_function
 
     makers = {"fopdt": FOPDT, "sopdt": SOPDT, "integrating": Integrating, "tf": TransferFunction}
     written = isinstance(spec, str) and ":" not in spec and spec.strip().lower() not in makers

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from stiction.apps.options import JsonOption
-from stiction.errors import ParameterError, StictionError
+from stiction.errors import ParameterError, RecordError, StictionError
 
 if TYPE_CHECKING:
     from stiction.fleet import Audit
@@ -72,7 +72,9 @@ def worklist(
     found, other = open_audit(audit), None if earlier is None else open_audit(earlier)
     if state.mark is not None:
         _mark(found, state)
-    items, folder = work_list(found, other), Path(out) if out else found.folder / "worklist"
+    folder = Path(out) if out else found.folder / "worklist"
+    _require_own_folder(folder)
+    items = work_list(found, other)
     written = _write_orders(found, items, orders, folder)
     table = write_work_list_file(items, folder / "worklist.xlsx")
     page = write_work_list_page(found, items, written, folder / "index.html")
@@ -85,6 +87,14 @@ def worklist(
     if written:
         show(f"Orders: {folder / 'orders'} ({len(written)})")
     return int(any(item.state == "open" for item in items))
+
+
+def _require_own_folder(folder: Path) -> None:
+    """Refuse a folder whose page is not a work list."""
+    if folder.exists() and not folder.is_dir():
+        raise RecordError("is a file; --out names a folder, give another one.", where=folder)
+    if (folder / "index.html").exists() and not (folder / "worklist.xlsx").exists():
+        raise RecordError("holds another page; give --out a folder of its own.", where=folder / "index.html")
 
 
 def _mark(audit: "Audit", state: MarkOptions) -> None:

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 from stiction.diagnosis import pipeline
 from stiction.diagnosis.evidence.one_loop import order_records
-from stiction.diagnosis.verdict.decision import DEFAULT_SMALLEST_S
+from stiction.diagnosis.verdict.decision import DEFAULT_SMALLEST_S, Costs
+from stiction.errors import ParameterError
 from stiction.sources.one_loop import records_of_loop
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from stiction.diagnosis.verdict.decision import Costs
     from stiction.diagnosis.verdict.diagnosis import Diagnosis
     from stiction.records.record import LoopRecord
 
@@ -59,8 +59,8 @@ def diagnose(
         When a record has no PV at all, or the path or frame cannot be read; or when records are not of one loop, or
         contradict each other.
     ParameterError
-        When the path or frame holds several loops and `tag` names none of them, the prior is not between 0 and 1, or
-        `smallest_S` is not positive.
+        When the path or frame holds several loops and `tag` names none of them, `costs` are no `Costs`, the prior is
+        not between 0 and 1, or `smallest_S` is not positive.
 
     Notes
     -----
@@ -75,4 +75,6 @@ def diagnose(
     'stiction'
     """
     records = order_records(records_of_loop(record, tag))
+    if costs is not None and not isinstance(costs, Costs):
+        raise ParameterError(f"costs = {costs!r} is no Costs; give Costs(false_alarm=1.0, missed=1.0, ask=0.3).")
     return pipeline.diagnose(records, prior=prior, costs=costs, smallest_S=smallest_S, methods=methods)

@@ -38,8 +38,6 @@ def is_database_url(text: str) -> bool:
 def show_url(url: str) -> str:
     """Give a database URL with ``***`` in place of passwords.
 
-    Examples
-    --------
     >>> show_url("postgresql://ana:s%40crt@host/plant?sslpassword=x&connect_timeout=5")
     'postgresql://ana:***@host/plant?sslpassword=***&connect_timeout=5'
     """

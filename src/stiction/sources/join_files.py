@@ -143,7 +143,8 @@ def join_same_tags(loops: Sequence[LoopRoles]) -> list[LoopRoles]:
                 note = f"{others} has other values of {loop.tag} at the same times: each file is a loop of its own."
                 loop = replace(loop, tag=f"{loop.tag} ({short[names[0]]})", notes=[*loop.notes, note])
             elif len(joined) > 1:
-                note = f"{others} has another record of {loop.tag}, of a time that is not next to this one."
+                note = f"{others} has another record of {loop.tag}, which is not joined to this one: "
+                note += "its times do not follow, or its unit, scale or sampling period differs."
                 loop = replace(loop, notes=[*loop.notes, note])
             found.append(loop)
     return found
@@ -176,6 +177,7 @@ def _relation(one: Columns, other: Columns) -> dict[str, NDArray[np.int64]] | st
         return "different"
     flags = [{role for role in columns if role not in ("sp", "mv", "valve_signal")} for columns in (one, other)]
     is_alike = flags[0] == flags[1] and all(one[role].unit == other[role].unit for role in one.keys() & other.keys())
+    is_alike = is_alike and not _has_other_step(clock, later) and not _is_fraction(one, other)
     gap = _ends(later)[0] - _ends(clock)[1]
     if gap > 0.0:
         is_next = gap <= MAX_GAP_STEPS * max(_usual_step(clock), _usual_step(later))
@@ -196,6 +198,25 @@ def _relation(one: Columns, other: Columns) -> dict[str, NDArray[np.int64]] | st
                 return "different"
         rows[role] = np.flatnonzero(~np.isin(stamps, known))
     return rows if n_common and is_alike else "different"
+
+
+def _has_other_step(one: Clock, other: Clock, *, most: float = 1.5, regular: float = 0.9) -> bool:
+    """Whether both clocks are regular, a share of their steps as usual, with steps that differ by a factor [-]."""
+    steps = sorted((_usual_step(one), _usual_step(other)))
+    if steps[0] <= 0.0 or steps[1] <= most * steps[0]:
+        return False
+    seconds = [clock.stamps.seconds for clock in (one, other)]
+    return all(np.isclose(np.diff(x), np.median(np.diff(x)), rtol=0.05).mean() >= regular for x in seconds)
+
+
+def _is_fraction(one: Columns, other: Columns, *, most: float = 1.5, ratio: float = 20.0) -> bool:
+    """Whether OP is a fraction in one part, which moves below a limit, and a percentage in the other."""
+    if "op" not in one or "op" not in other:
+        return False
+    cells = (columns["op"].cells.cast(pl.Float64, strict=False).drop_nulls().drop_nans() for columns in (one, other))
+    low, high = sorted(cells, key=lambda x: x.abs().max() or 0.0)  # pyright: ignore[reportArgumentType, reportCallIssue]
+    top, other_top = (float(x.abs().max() or 0.0) for x in (low, high))  # pyright: ignore[reportArgumentType]
+    return 0.0 < top <= most and low.n_unique() > 1 and other_top >= ratio * top
 
 
 def _are_equal(one: pl.Series, other: pl.Series) -> bool:

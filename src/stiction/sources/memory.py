@@ -26,12 +26,8 @@ UNITS = {"": 1, "K": 10**3, "M": 10**6, "G": 10**9, "T": 10**12}
 
 
 def parse_memory(given: str | float) -> int:
-    """Parse an amount of memory [bytes].
+    """Parse an amount of memory [bytes]; raises ParameterError when it is less than the program itself needs, or none.
 
-    Raises ParameterError when it is none, or less than the program itself needs.
-
-    Examples
-    --------
     >>> parse_memory("2GB"), parse_memory(5e8)
     (2000000000, 500000000)
     """

@@ -19,17 +19,8 @@ if TYPE_CHECKING:
 
 __all__ = ["open_loops", "read"]
 
-_DATABASE = {
-    "query": "query",
-    "table": "table",
-    "time": "time",
-    "tag_column": "tag",
-    "value": "value",
-    "quality": "quality",
-    "tags": "tags",
-    "since": "since",
-    "until": "until",
-}
+_DATABASE = {name: name for name in ("query", "table", "time", "value", "quality", "tags", "since", "until")}
+_DATABASE["tag_column"] = "tag"
 """Option of `read` -> argument of `read_database`."""
 
 
@@ -149,29 +140,8 @@ def read(
 
 
 def open_loops(source: Any, **options: Any) -> Loops:
-    """Find the loops of a source, and read their signals later.
+    """Find the loops of a source by the options of `read`, with its errors, and read their signals later.
 
-    Parameters
-    ----------
-    source
-        As in `read`.
-    **options
-        Options of `read`.
-
-    Returns
-    -------
-    Loops
-        The loops: `tags`, `read_one(k)` and `read()`.
-
-    Raises
-    ------
-    RecordError
-        When the source cannot be read as loops.
-    ParameterError
-        When an option is unknown or outside its limits.
-
-    Examples
-    --------
     >>> import io
     >>> lines = ["time_s,FIC-101.PV,FIC-101.OP", *(f"{k},{50 + k % 5},{40 + k % 7}" for k in range(60))]
     >>> loops = open_loops(io.BytesIO(chr(10).join(lines).encode()))

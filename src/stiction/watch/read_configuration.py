@@ -80,6 +80,9 @@ def _make(lines: _Lines, kind: type, given: dict[str, Any], about: dict[str, Any
         if name not in names:
             close = difflib.get_close_matches(name, [*names, *(SECTIONS if not section else ())], 1)
             remedy = f"did you mean {close[0]}?" if close else f"use one of {', '.join(names)}."
+            if SECRET.search(name):
+                remedy = "set STICTION_HISTORIAN_USER and STICTION_HISTORIAN_PASSWORD, or write credentials.toml."
+                raise RecordError(f"{name}: credentials do not stand here; {remedy}", where=lines.of(name, section))
             raise RecordError(f"{name} = {value!r}: the key is unknown; {remedy}", where=lines.of(name, section))
         about[name] = _value(lines, name, value, hints[name], section)
     missing = [one.name for one in fields(kind) if one.default is MISSING and one.default_factory is MISSING]
@@ -113,6 +116,10 @@ def _value(lines: _Lines, name: str, value: Any, hint: Any, section: str) -> Any
         return value
     what = "a list of texts" if wanted is tuple else KINDS.get(wanted, "a table {key = value}")
     raise RecordError(f"{name} = {value!r} is of the wrong type; give {what}.", where=lines.of(name, section))
+
+
+SECRET = re.compile("pass|secret|token|credential|^user$", re.I)
+"""Keys whose values no message shows."""
 
 
 class _Lines:

@@ -157,6 +157,25 @@ def test_the_textbook_answers_to_sliders_and_drag(page: Any) -> None:
     expect(page).to_have_url(re.compile(r"jump\.pulse=0\.1"))
 
 
+def test_on_a_phone_a_slider_is_moved_beside_the_plot_of_pv(page: Any) -> None:
+    page.set_viewport_size({"width": 390, "height": 844})
+    open_whatif(page)
+    for name in ("S", "Kc", "dead_time"):
+        slider = page.locator(f".slider[data-name={name}]")
+        is_free = slider.evaluate(
+            """slider => {
+              slider.scrollIntoView({ block: "end" });
+              const box = slider.getBoundingClientRect();
+              return document.elementFromPoint(box.x + box.width / 2, box.y + box.height / 2) === slider;
+            }"""
+        )
+        assert is_free, name
+        at, plot = slider.bounding_box(), page.locator(".whatif-near .uplot").bounding_box()
+        answer = page.locator("#whatif-answer").bounding_box()
+        assert 0 <= answer["y"] < answer["y"] + answer["height"] <= plot["y"] + 1, name
+        assert plot["y"] + plot["height"] <= at["y"] < at["y"] + at["height"] <= 845, name
+
+
 @pytest.mark.parametrize("screen", ["whatif", "textbook"])
 @pytest.mark.parametrize("width", [390, 1280, 3840])
 def test_no_screen_is_wider_than_the_window_or_hard_to_use(page: Any, screen: str, width: int) -> None:

@@ -90,10 +90,10 @@ def _diagnose(audit: Audit, row: LoopRow, record: LoopRecord) -> dict[str, Any]:
 
 def _content_of_row(row: LoopRow) -> dict[str, Any]:
     """What the page shows when there is only the row of the audit."""
-    from stiction.apps.web.plain_blocks import blocks_to_plain
     from stiction.diagnosis.loop_state import HEADLINES
     from stiction.report import labels
     from stiction.report.blocks import Definitions, Headline
+    from stiction.report.plain_blocks import blocks_to_plain
 
     state, chance, line = row.loop_state or "in_control", row.text("probability"), labels.VERDICT_LINES[row.verdict]
     unit = "%" if row.op_unit == "% of span" else ""

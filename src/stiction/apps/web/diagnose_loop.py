@@ -56,10 +56,10 @@ def diagnose_loop(record_path: str, folder: str) -> dict[str, Any]:
 
 def loop_content(diagnosis: Diagnosis) -> dict[str, Any]:
     """Return what the page of a loop shows apart from its trends."""
-    from stiction.apps.web.plain_blocks import blocks_to_plain
     from stiction.report.blocks import Figure
     from stiction.report.loop_view import LoopView
     from stiction.report.pages.loop import loop_headline, loop_sections
+    from stiction.report.plain_blocks import blocks_to_plain
     from stiction.report.visible_reasons import find_rests
 
     record, sections = diagnosis.record, loop_sections(diagnosis)

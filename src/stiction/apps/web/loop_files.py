@@ -36,10 +36,10 @@ def write_loop_report(record_path: str, folder: str) -> tuple[str, str]:
 
 def try_remedies(record_path: str, folder: str) -> bytes:
     """Try repair, retuning and compensators on the simulated loop; return what is shown of it as JSON."""
-    from stiction.apps.web.plain_blocks import blocks_to_plain
     from stiction.compensation import compensate
     from stiction.report.blocks import Figure, SideBySide
     from stiction.report.pages.trial import trial_blocks
+    from stiction.report.plain_blocks import blocks_to_plain
 
     path = Path(folder) / "remedies.json"
     if not path.is_file():

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiction.apps.web.plain_blocks import blocks_to_plain
 from stiction.apps.web.textbook_text import describe_crossings, describe_jump, describe_ramp, describe_sine
 from stiction.apps.web.trend_data import thin_columns
+from stiction.report.plain_blocks import blocks_to_plain
 from stiction.simulation.swing import measure_swing
 
 if TYPE_CHECKING:

@@ -27,16 +27,12 @@ def find_discontinuities(
     max_count : int
         Most places to mark: the clock jumps that the reader met [-].
     min_ratio : float
-        Second difference of both signals at such a place [95 % quantiles of each].
+        Second difference of both signals at such a place [95 % quantiles of each]; noise makes up to 2.5.
 
     Returns
     -------
     ndarray of bool, shape (n_samples,)
         True at a discontinuity. A record below 60 samples has none.
-
-    Notes
-    -----
-    Noise that the controller passes from PV on to OP bends both by up to 2.5 of these quantiles.
 
     Examples
     --------

@@ -58,11 +58,6 @@ def count_interpolated(
     int
         Samples on such lines [-].
 
-    Notes
-    -----
-    With integral action OP and PV are never straight together, and one is not straight while the other is rough. A
-    stuck valve without noise gives one straight signal next to a smooth or constant one, which is not counted.
-
     Examples
     --------
     >>> k, noise = np.arange(400), np.random.default_rng(1).normal(size=400)
@@ -138,11 +133,6 @@ def exception_deviation(
     float
         The deviation [unit of `x`]; 0 when the signal was not stored by exception.
 
-    Notes
-    -----
-    Storage by exception holds a value and then changes by the deviation or more. Other held signals have small changes
-    too (one quantisation step), come at even distances (a slow historian), or return to few values (a coarse signal).
-
     Examples
     --------
     >>> x, stored = np.random.default_rng(1).normal(size=400).cumsum(), [0.0]
@@ -201,10 +191,6 @@ def controller_saw_hold(
     -------
     bool
         True when the valve or the transmitter held PV.
-
-    Notes
-    -----
-    Integral action turns a constant error into a ramp. Had PV moved between the stored values, OP would bend.
 
     Examples
     --------

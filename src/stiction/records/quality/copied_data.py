@@ -45,10 +45,6 @@ def find_copied_data(
         Whether the whole record repeats itself so exactly that the segments need not be copies: a simulation without
         noise, or a coarse cycle.
 
-    Notes
-    -----
-    Segments are compared by a rolling hash (after Karp and Rabin).
-
     Examples
     --------
     >>> x = np.random.default_rng(1).normal(size=200)
@@ -64,7 +60,7 @@ def find_copied_data(
     mix = np.uint64(0x9E3779B97F4A7C15)
     codes = (op + 0.0).view(np.uint64) * mix ^ ((pv + 0.0).view(np.uint64) >> np.uint64(7)) * mix
     codes ^= codes >> np.uint64(29)
-    hashes = np.zeros(n, dtype=np.uint64)
+    hashes = np.zeros(n, dtype=np.uint64)  # rolling ones (after Karp and Rabin)
     for k in range(length):
         hashes = hashes * np.uint64(0x100000001B3) + codes[k : k + n]
     changes = np.concatenate([[0], np.cumsum((np.diff(op) != 0.0) & (np.diff(pv) != 0.0))])

@@ -96,11 +96,7 @@ def find_frozen(
     Returns
     -------
     ndarray of bool, shape (n_samples,)
-        True where PV is frozen.
-
-    Notes
-    -----
-    A sticking valve without noise, or a coarse transmitter, holds PV again and again. Such runs are not marked.
+        True where PV is frozen; not where it is held again and again, by a sticking valve or a coarse transmitter.
 
     Examples
     --------

@@ -46,11 +46,6 @@ def find_manual_steps(
     ndarray of bool, shape (n_samples,)
         True from the first to the last level of each group of steps.
 
-    Notes
-    -----
-    A group has two levels or more, and one of them is neither the largest nor the smallest OP of the record: between
-    its two limits a controller can jump by itself.
-
     Examples
     --------
     >>> op = np.concatenate([50.0 + np.arange(40.0) % 3, np.repeat([51.0, 53.0, 47.0], 20)])

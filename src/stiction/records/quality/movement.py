@@ -32,10 +32,6 @@ def count_reversals(x: NDArray[np.float64], min_move: float = 0.0) -> int:
     int
         Reversals [-].
 
-    Notes
-    -----
-    Friction shows only where the valve reverses.
-
     Examples
     --------
     >>> x = np.array([0.0, 5.0, 10.0, 9.9, 10.0, 4.0, 0.0, 8.0])

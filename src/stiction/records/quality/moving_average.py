@@ -55,12 +55,6 @@ def detect_averaging_window(
     int
         The window [samples]; 0 when there is none, or too little noise to see it.
 
-    Notes
-    -----
-    An average over W samples removes 1/W, 2/W, ... of the sampling rate. The autocorrelation of the third differences
-    shows a long window too: at lag W it is the one at 0, halved and negative, and at 2 W there is none, unlike in an
-    oscillation.
-
     Examples
     --------
     >>> noise = np.random.default_rng(1).normal(size=(2, 900))

@@ -60,11 +60,6 @@ def find_outliers(
     ndarray of bool, shape (n_samples,)
         True at an outlier.
 
-    Notes
-    -----
-    An outlier is reached, and left, in one step. The smallest or largest value of the record is a code for a bad value
-    when it comes five times or more, in up to 40 % of the record, and stands alone in 40 % of these.
-
     Examples
     --------
     >>> x = np.sin(np.arange(900.0))

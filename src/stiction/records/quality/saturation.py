@@ -55,11 +55,7 @@ def find_saturation(
     Returns
     -------
     ndarray of bool, shape (n_samples,)
-        True where OP is at a limit.
-
-    Notes
-    -----
-    At a limit there is no feedback, so the oscillation there is not one of this loop.
+        True where OP is at a limit: there is no feedback there.
 
     Examples
     --------

@@ -68,7 +68,8 @@ def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
     except (RecordError, ParameterError):
         raise
     except BaseException as error:
-        if not isinstance(error, (CalamineError, OSError, ValueError, EOFError)) and not _is_panic(error):
+        is_panic = type(error).__name__ == "PanicException"  # calamine, in Rust, gave up on a damaged file
+        if not isinstance(error, (CalamineError, OSError, ValueError, EOFError)) and not is_panic:
             raise
         if b"E\0n\0c\0r\0y\0p\0t\0e\0d\0P\0a\0c\0k\0a\0g\0e" in source.path.read_bytes():
             raise RecordError("is encrypted; save it without a password.", where=name) from None
@@ -153,8 +154,3 @@ def _as_text(cell: Any) -> str:
     if isinstance(cell, dt.timedelta):
         return repr(cell.total_seconds())
     return str(cell)
-
-
-def _is_panic(error: BaseException) -> bool:
-    """Whether calamine, which is written in Rust, gave up on a damaged file."""
-    return type(error).__name__ == "PanicException"

@@ -60,7 +60,7 @@ def register_layout(layout: Layout) -> None:
 def read_layout(tables: Sequence[RawTable], options: ReadOptions) -> list[TagColumn]:
     """Give the columns of all tables that are not time, in order; columns with the same clock have the same rows."""
     columns: list[TagColumn] = []
-    for table in _join_pieces(tables):
+    for table in _join_pieces([table for table in tables if table.width]):
         table = take_averages(table, options)
         layout = next(layout for layout in LAYOUTS if layout.recognises(table, options))
         columns += layout.read(table, options)

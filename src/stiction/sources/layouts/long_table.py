@@ -33,12 +33,9 @@ _TEXTS = ("owner", "tag", "unit", "description")
 def find_long_columns(names: Sequence[str], sample: Sequence[Sequence[str]] = (), decimal: str = ".") -> dict[str, int]:
     """Find the columns of a long table: tag, value, and where there are some owner, unit and description.
 
-    Where no heading tells, the tag stands in a column of names of signals in `sample`, the first rows, and the value in
-    the first column of numbers. The owner is the loop of which the tag names only a signal. The result, from what a
-    column holds to its position, is empty when the table is not a long one.
+    Gives positions by what a column holds, else nothing. Where no heading tells, the tags are names of signals in
+    `sample`, the first rows, and the first numbers are the values. The owner is the loop of a tag that names a signal.
 
-    Examples
-    --------
     >>> find_long_columns(["Tag", "Attribute", "When", "Value"], [["FIC-1", "PV", "2026-02-01 10:00", "3.5"]])
     {'tag': 1, 'value': 3, 'owner': 0}
     """

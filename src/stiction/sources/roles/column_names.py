@@ -101,12 +101,8 @@ def normalise_name(name: str) -> str:
 
 @lru_cache(maxsize=4096)
 def parse_column_name(name: str) -> tuple[str, str] | None:
-    """Split a column name into tag and signal word; None when it holds no word of a signal.
+    """Split a column name into tag ("" for a signal alone) and signal word in capitals; None when it holds none.
 
-    The tag is as written ("" when the name is only a signal), the word in capitals, for `role_of`.
-
-    Examples
-    --------
     >>> parse_column_name("FIC-101/PID1/PV.CV"), parse_column_name("Set point [t/h]"), parse_column_name("FLOW")
     (('FIC-101/PID1', 'PV.CV'), ('', 'SET POINT'), None)
     >>> parse_column_name("FIC-101/SP#Value"), parse_column_name("FIC-101,Value"), parse_column_name("Tank level OP mA")
@@ -129,8 +125,6 @@ def parse_column_name(name: str) -> tuple[str, str] | None:
 def split_aggregate(name: str) -> tuple[str, str]:
     """Split a column name into the name of a signal and average, minimum, maximum or other; "" where it names none.
 
-    Examples
-    --------
     >>> split_aggregate("FIC-101.PV (Avg) [t/h]"), split_aggregate("min(FIC-101.PV)"), split_aggregate("FIC-101.PV")
     (('FIC-101.PV [t/h]', 'average'), ('FIC-101.PV', 'minimum'), ('FIC-101.PV', ''))
     """

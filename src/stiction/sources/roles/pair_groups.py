@@ -50,8 +50,6 @@ class InstrumentTag(NamedTuple):
 def parse_instrument_tag(tag: str) -> InstrumentTag | None:
     """Read area, letters and number of an ISA-5.1 tag; None when the text is no such tag.
 
-    Examples
-    --------
     >>> parse_instrument_tag("12-FIC-4101A")
     InstrumentTag(area='12', variable='F', kind='controller', number='4101', suffix='A')
     >>> parse_instrument_tag("FV4101").kind, parse_instrument_tag("ZT4101").kind, parse_instrument_tag("CHEM1")

@@ -3,24 +3,23 @@
 from __future__ import annotations
 
 import re
+import tomllib
 from collections import Counter
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import TYPE_CHECKING, Literal
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 import polars as pl
 
 from stiction.errors import RecordError, Setting
 from stiction.sources.roles.vocabulary import MISSING_WORDS, MODES
-from stiction.sources.values.quality_schemes import PERCENT_GOOD, SCHEMES
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Mapping
 
     from numpy.typing import NDArray
-
-    from stiction.sources.values.quality_schemes import Scheme
 
     Mark = Literal["good", "uncertain", "bad"]
     Marks = dict[str, Mark]
@@ -47,6 +46,38 @@ _PERCENT = re.compile(r"-?[0-9]{1,3}(\.[0-9]*)?")
 _WRAPPED = re.compile(
     r"(?:[A-Z]*(?:STATUS|QUALITY)[A-Z]*|0X[0-9A-F]+|\d+)\s*[.:(\[-]+\s*(?:VALUE=)?([A-Z].*?|0X[0-9A-F]+|\d+)[)\]]?"
 )
+
+
+class Scheme(NamedTuple):
+    """The codes of one vendor or standard; what each field means stands in `quality_schemes.toml` beside this page."""
+
+    name: str
+    words: tuple[str, ...]
+    good: tuple[str | int | range, ...]
+    uncertain: tuple[str | int | range, ...]
+    bad: tuple[str | int | range, ...]
+    mask: int
+    numbers: range
+    needs_word: bool
+    needs_fault: bool
+
+
+def _code(written: Any) -> Any:
+    """Give a code as a text, a number or a range of numbers."""
+    low, dots, high = str(written).partition("..")
+    return range(int(low), int(high) + 1) if dots else written
+
+
+def _scheme(row: dict[str, Any]) -> Scheme:
+    good, uncertain, bad = (tuple(map(_code, row.get(mark, ()))) for mark in ("good", "uncertain", "bad"))
+    numbers = _code(row.get("numbers", "-2147483648..4294967295"))
+    flags = (row.get(name, False) for name in ("needs_word", "needs_fault"))
+    return Scheme(row["name"], tuple(row.get("words", ())), good, uncertain, bad, row.get("mask", -1), numbers, *flags)
+
+
+_TABLE = tomllib.loads(Path(__file__).with_name("quality_schemes.toml").read_text(encoding="utf-8"))
+SCHEMES = tuple(map(_scheme, _TABLE["scheme"]))
+PERCENT_GOOD: list[str] = _TABLE["percent_good"]
 
 
 @dataclass(frozen=True)
@@ -80,12 +111,9 @@ def read_code_counts(
 ) -> list[CodeReading]:
     """Give the ways to read the codes of a quality column, the likeliest first: one, unless schemes disagree.
 
-    `counts` are the rows of each code in capitals; blank ones are good. Schemes that the `heading` names go before
-    those that `others`, the headings beside it, name, and these before the rest. A reading is kept if its share of good
-    rows is `min_share_ratio` of that of the best one [-]. A share of good data is good from `min_percent` [%].
+    `counts` are the rows of each code in capitals, blanks good. Schemes of the `heading` go before those of `others`
+    beside it. A reading needs `min_share_ratio` of the best share of good rows [-]; percentages need `min_percent` [%].
 
-    Examples
-    --------
     >>> [(sorted(one.missing), one.note) for one in read_code_counts(Counter({"192": 90, "24": 8, "64": 2}))]
     [(['24', '64'], '192 is good, 24 and 64 are not (OPC DA)')]
     >>> [sorted(one.missing) for one in read_code_counts(Counter({"0": 60, "1": 40}))]

@@ -40,8 +40,6 @@ def to_one_unit(
     `codes` give for each row its place in `units`, in which "" stands for none; `where` is file and column, for the
     RecordError that is raised when two units cannot be converted into each other.
 
-    Examples
-    --------
     >>> found = to_one_unit(np.array([990.0, 1.01, 1.02]), ["L/h", "kL/h"], np.array([0, 1, 1]), "a.csv")
     >>> found.values, found.unit, found.note
     (array([0.99, 1.01, 1.02]), 'kL/h', '1 value in L/h was converted to kL/h.')
@@ -70,8 +68,6 @@ def to_one_unit(
 def scale_between(unit: str, target: str) -> tuple[float, float] | None:
     """Give factor and offset from one unit to another; None when pint does not know them, or they differ in kind.
 
-    Examples
-    --------
     >>> scale_between("kL/h", "L/h"), scale_between("bar", "barg")
     ((1000.0, 0.0), None)
     """

@@ -158,14 +158,17 @@ function drawScreen(root, { options, loop, start, values }) {
         start.remarks.map((text) => h("p", { class: "note" }, `As identified: ${text}`)),
         trouble,
         actions,
-        h("div", { class: "card" }, plots.elements),
-        h("section", { class: "card", "aria-label": "Predicted limit cycles" }, h("h2", {}, "Predicted limit cycles"), cyclesText, cyclesTable),
+        h("div", { class: "card whatif-plots" }, plots.elements),
+        h("section", { class: "card whatif-far", "aria-label": "Predicted limit cycles" }, h("h2", {}, "Predicted limit cycles"), cyclesText, cyclesTable),
       ),
       panel,
     ),
   );
+  const answerSize = new ResizeObserver(() => root.style.setProperty("--answer-height", `${answer.offsetHeight}px`));
+  answerSize.observe(answer);
   changed();
   return () => {
+    answerSize.disconnect();
     clearTimeout(addressDelay);
     clearTimeout(cyclesDelay);
     simulation.close();

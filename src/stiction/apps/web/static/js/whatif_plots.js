@@ -23,7 +23,10 @@ export function drawPlots(record, pvUnit, cyclesOf) {
   const pv = linePlot({ ...common("pv"), title: "PV over time", yLabel: `PV [${pvUnit || "PV units"}]`, height: 250, data: [[0, 1], [null, null], [null, null], ...ghost.map(() => [null, null])], series: [{ label: "Set point", kind: "sp" }, { label: "PV, simulated", kind: "pv", width: 2 }, ...ghost] });
   const op = linePlot({ ...common("op"), title: "OP and valve position over time", yLabel: "OP [% of span]", height: 270, data: [[0, 1], [null, null], [null, null], ...ghost.map(() => [null, null])], series: [{ label: "OP (controller output)", kind: "op", width: 2 }, { label: "Valve position", kind: "mv", width: 2 }, ...ghost] });
   return {
-    elements: [h("h2", {}, "Process variable"), pv.figure, h("h2", {}, "Controller output and valve position"), op.figure],
+    elements: [
+      h("div", { class: "whatif-near" }, h("h2", {}, "Process variable"), pv.figure),
+      h("div", { class: "whatif-far" }, h("h2", {}, "Controller output and valve position"), op.figure),
+    ],
     width: () => pv.figure.clientWidth || 800,
     draw(trend, values) {
       middle = { pv: values.sp, op: trend.op_swing.middle };
