@@ -11,6 +11,7 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import polars as pl
 
 from calibration.histories import draw_history
@@ -47,7 +48,7 @@ def history_rows(task: tuple[str, int, int]) -> list[dict[str, Any]]:
             "stem_turns": count_stem_turns(window.record.op, window.S, window.J), "samples": len(window.record),
             "state": found.loop_state.state, "probability": found.probability, "verdict": found.verdict,
             "S_detectable": found.S_detectable, "finding": found.finding,
-            "op_range": float(found.segment.op.max() - found.segment.op.min()),
+            "op_range": float(np.ptp(found.segment.op)) if found.segment.op.size else 0.0,
             "oscillating": found.oscillation.oscillating, "amplitude_op": found.oscillation.amplitude_op,
             "evidence": None if evidence is None else evidence.tolist(),
             **{name: None if one is None else getattr(one, name) for name in names},

@@ -128,7 +128,7 @@ def test_five_causes_have_their_scores():
     assert bars["x"].tolist() == [getattr(causes, name) for name in CAUSES]
     assert "the main cause is valve stiction" in figure.caption
     quiet = diagnosis(oscillation_cause=OscillationCause(tuning=0.1))
-    assert "no cause reaches 0.5" in figure_of(figures.oscillation_causes, quiet).caption
+    assert "no cause reaches 0.6" in figure_of(figures.oscillation_causes, quiet).caption
 
 
 def test_parts_of_the_record_are_bars_at_their_times():

@@ -1,16 +1,19 @@
-// The page "Now": it follows the watch without a reload by hand, and what people do with alarms is sent from it.
+// The page "Now": it is loaded anew when the watch has news, and what people do with alarms is sent from it.
 
 import { sendJson } from "./api.js";
 
 const EVERY_MS = 5000;
 const main = document.getElementById("main");
 
+let shown = null;
+
+/** Load the page anew where the server has another one; no script makes markup from text. */
 async function refresh() {
   const answer = await fetch("/now", { credentials: "same-origin" });
   if (!answer.ok) return;
-  const page = new DOMParser().parseFromString(await answer.text(), "text/html");
-  const fresh = page.getElementById("main");
-  if (fresh && fresh.innerHTML !== main.innerHTML) main.replaceChildren(...fresh.childNodes);
+  const text = await answer.text();
+  if (shown !== null && text !== shown) window.location.reload();
+  shown = text;
 }
 
 main.addEventListener("click", async (event) => {
@@ -31,4 +34,5 @@ main.addEventListener("click", async (event) => {
   await refresh();
 });
 
+refresh().catch(() => {});
 setInterval(() => refresh().catch(() => {}), EVERY_MS);
