@@ -109,13 +109,18 @@ def options_digest(options: Mapping[str, Any]) -> str:
 
 
 @contextmanager
-def lock_folder(folder: Path) -> Iterator[None]:
-    """Keep a second audit out of the folder.
+def lock_folder(
+    folder: Path,
+    name: str = LOCK_FILE,
+    running: str = "an audit is running in this folder",
+    remedy: str = "wait until it ends, or stop it",
+) -> Iterator[None]:
+    """Keep a second audit, or watch, out of the folder by the lock file `name`.
 
-    Raises RecordError when another audit is at work in it; the message names it. The lock of a process that was killed
-    is free.
+    Raises RecordError when another one is at work in it; the message says what is `running`, who runs it, and the
+    `remedy`. The lock of a process that was killed is free.
     """
-    path = folder / LOCK_FILE
+    path = folder / name
     try:
         file = path.open("a+", encoding="utf-8")
     except OSError as error:
@@ -128,9 +133,7 @@ def lock_folder(folder: Path) -> Iterator[None]:
         except OSError:
             file.seek(0)
             owner = file.read().strip() or "another process"
-            raise RecordError(
-                f"an audit is running in this folder ({owner}); wait until it ends, or stop it.", where=folder
-            ) from None
+            raise RecordError(f"{running} ({owner}); {remedy}.", where=folder) from None
         file.truncate(0)
         file.write(f"{process_name()}, since {datetime.now():%Y-%m-%d %H:%M}")
         file.flush()

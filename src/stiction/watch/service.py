@@ -13,8 +13,7 @@ from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
 from stiction.errors import RecordError, StictionError
-from stiction.file_lock import lock_file
-from stiction.fleet.folder import process_name
+from stiction.fleet.folder import lock_folder
 from stiction.watch.channels import send_due_messages
 from stiction.watch.collector import Collector
 from stiction.watch.digest import add_due_digest
@@ -58,21 +57,10 @@ def lock_watch(folder: Path) -> Iterator[None]:
         folder.mkdir(parents=True, exist_ok=True)
         (folder / SAMPLES_FOLDER).mkdir(exist_ok=True)
         (folder / "parts").mkdir(exist_ok=True)
-        file = (folder / LOCK_FILE).open("a+", encoding="utf-8")
     except OSError as error:
         raise RecordError(f"cannot be written to ({error.strerror}); give another folder.", where=folder) from None
-    with file:
-        try:
-            lock_file(file, wait=False)
-        except OSError:
-            file.seek(0)
-            owner = file.read().strip() or "another process"
-            raise RecordError(
-                f"a watch is running in this folder ({owner}); stop it first, or give another folder.", where=folder
-            ) from None
-        file.truncate(0)
-        file.write(f"{process_name()}, since {datetime.now():%Y-%m-%d %H:%M}")
-        file.flush()
+    remedy = "stop it first, or give another folder"
+    with lock_folder(folder, LOCK_FILE, "a watch is running in this folder", remedy):
         yield
 
 
