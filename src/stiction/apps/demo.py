@@ -1,18 +1,21 @@
 """``stiction demo``: diagnose a small simulated plant with known faults."""
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
 from stiction.apps.options import JsonOption, ReportOption
+from stiction.display.finding_words import OPEN
+from stiction.display.number_format import count_noun
 
 if TYPE_CHECKING:
     from stiction.diagnosis import Diagnosis
     from stiction.simulation.demo import DemoLoop
 
-__all__ = ["demo", "verdict_is_correct"]
+__all__ = ["demo", "score_finding", "score_text"]
 
 DEFAULT_REPORT = "stiction-demo.html"
 
@@ -25,10 +28,10 @@ def demo(
     plant: Annotated[bool, Parameter(negative="")] = False,
     live: Annotated[bool, Parameter(negative="")] = False,
 ) -> int:
-    """Diagnose nine simulated loops, four of them with sticky valves, and compare each verdict with the truth.
+    """Diagnose nine simulated loops, four of them with sticky valves, and compare each finding with the truth.
 
-    Writes the report, and next to it a folder of the same name with the records as CSV, for `stiction diagnose`. Exit
-    code 0 when verdict and cause of all loops are right, else 1.
+    Writes the report, and next to it a folder of the same name with the records as CSV, for `stiction diagnose`. A
+    finding that leaves the question open counts neither as right nor as wrong. Exit code 0 when none is wrong, else 1.
 
     Parameters
     ----------
@@ -56,7 +59,6 @@ def demo(
     from stiction import diagnose, read
     from stiction.apps.output import print_json, print_out, track
     from stiction.apps.output_files import check_folder, check_report, historian_csv
-    from stiction.display import count_noun
     from stiction.records.atomic_write import write_atomically
     from stiction.report import write_report
     from stiction.simulation.demo import demo_plant as simulated_loops
@@ -72,17 +74,18 @@ def demo(
         diagnosis = diagnose(read(file)[0])
         diagnoses.append(replace(diagnosis, settings={**diagnosis.settings, "truth": loop.story}))
     write_report(diagnoses, target, title="Demo plant", settings={"data": "simulated by stiction demo"})
-    right = [verdict_is_correct(loop, diagnosis) for loop, diagnosis in zip(simulated, diagnoses, strict=True)]
+    scores = [score_finding(loop, diagnosis) for loop, diagnosis in zip(simulated, diagnoses, strict=True)]
     if as_json:
         loops = [_verdict_dict(loop, diagnosis) for loop, diagnosis in zip(simulated, diagnoses, strict=True)]
-        print_json({"report": str(target), "records": str(folder), "right": sum(right), "loops": loops})
+        counts = {"right": scores.count("ok"), "open": scores.count("open")}
+        print_json({"report": str(target), "records": str(folder), **counts, "loops": loops})
     else:
         _print_verdicts(simulated, diagnoses)
-        print_out(f"\n{sum(right)} of {count_noun(len(simulated), 'loop')}: the finding is right.")
+        print_out(f"\n{score_text(scores)}")
         print_out(f"Report: {target}")
         print_out(f"Try:    stiction diagnose {folder / simulated[0].record.tag}.csv")
     _open_page(target, open, as_json)
-    return int(not all(right))
+    return int("WRONG" in scores)
 
 
 def _audit_plant(report: str | None, open_page: bool | None, *, as_json: bool) -> int:
@@ -107,14 +110,31 @@ EXPECTED = {
     "tight tuning": ("tuning",),
     "external disturbance": ("external",),
     "sensor": ("sensor",),
-    "none": ("nothing_found", "cannot_tell"),
+    "none": ("nothing_found",),
 }
 """Fault of a loop -> findings that are right."""
 
 
-def verdict_is_correct(loop: "DemoLoop", found: "Diagnosis") -> bool:
-    """Return whether the finding is right, and no good valve is called sticky."""
-    return found.finding in EXPECTED[loop.cause] and (found.verdict == "stiction") == (loop.cause == "stiction")
+def score_finding(loop: "DemoLoop", found: "Diagnosis") -> str:
+    """Compare a finding with the truth: "ok", "open" where it leaves the question open, else "WRONG"."""
+    if found.finding in OPEN:
+        return "open"
+    right = found.finding in EXPECTED[loop.cause] and (found.verdict == "stiction") == (loop.cause == "stiction")
+    return "ok" if right else "WRONG"
+
+
+def score_text(scores: Sequence[str]) -> str:
+    """Say how many findings are right, open and wrong.
+
+    Examples
+    --------
+    >>> score_text(["ok", "open", "ok"])
+    '2 of 3 findings are right, 1 open, 0 wrong.'
+    """
+    return (
+        f"{scores.count('ok')} of {count_noun(len(scores), 'finding')} are right, {scores.count('open')} open, "
+        f"{scores.count('WRONG')} wrong."
+    )
 
 
 def _print_verdicts(plant: tuple["DemoLoop", ...], diagnoses: list["Diagnosis"]) -> None:
@@ -124,7 +144,7 @@ def _print_verdicts(plant: tuple["DemoLoop", ...], diagnoses: list["Diagnosis"])
     print_out("")
     rows = [
         [
-            "ok" if verdict_is_correct(loop, diagnosis) else "WRONG",
+            score_finding(loop, diagnosis),
             loop.record.tag,
             loop.story,
             labels.finding_line(diagnosis),
@@ -142,7 +162,7 @@ def _verdict_dict(loop: "DemoLoop", diagnosis: "Diagnosis") -> dict[str, Any]:
     truth = {"cause": loop.cause, "story": loop.story, "S": loop.S, "J": loop.J}
     return {
         "tag": loop.record.tag,
-        "right": verdict_is_correct(loop, diagnosis),
+        "result": {"ok": "right", "open": "open", "WRONG": "wrong"}[score_finding(loop, diagnosis)],
         "truth": truth,
         "diagnosis": diagnosis.to_dict(),
     }

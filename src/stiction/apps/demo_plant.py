@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from stiction.apps.demo import score_text
 from stiction.display.finding_words import OPEN
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ def demo_plant_audit(folder: Path, *, as_json: bool, seed: int = 0) -> tuple[int
     Returns
     -------
     tuple of (int, Path)
-        The exit code, 0 when every finding is right, and the page of the audit.
+        The exit code, 0 when no finding is wrong and each group has its source, and the page of the audit.
     """
     from stiction.apps.audit import print_audit, write_results
     from stiction.apps.audit_progress import AuditBar
@@ -41,25 +42,24 @@ def demo_plant_audit(folder: Path, *, as_json: bool, seed: int = 0) -> tuple[int
     page = Path(write_results(plant_audit, None, 0, ()))
     rows = plant_truth(plant, plant_audit)
     groups = _group_truth(plant, plant_audit)
-    right = sum(row["right"] for row in rows)
+    scores = [row["score"] for row in rows]
     if as_json:
-        print_json({"report": str(page), "records": str(files[0]), "right": right, "loops": rows, "groups": groups})
+        counts = {"right": scores.count("ok"), "open": scores.count("open")}
+        print_json({"report": str(page), "records": str(files[0]), **counts, "loops": rows, "groups": groups})
     else:
         print_audit(plant_audit)
-        print_out("\nTruth and finding of each loop (healthy loops that were found healthy are left out):")
-        shown = [row for row in rows if row["truth"] != "nothing wrong" or not row["right"]]
+        print_out("\nTruth and finding of each loop (healthy loops are left out where no fault is found in them):")
+        shown = [row for row in rows if row["truth"] != "nothing wrong" or row["score"] == "WRONG"]
         columns = ["", "Loop", "Truth", "Found"]
-        print_table(
-            columns, [["ok" if row["right"] else "WRONG", row["tag"], row["truth"], row["found"]] for row in shown]
-        )
+        print_table(columns, [[row["score"], row["tag"], row["truth"], row["found"]] for row in shown])
         for group in groups:
             print_out(f"{'ok' if group['right'] else 'WRONG'}  {group['text']}")
-        print_out(f"\n{right} of {len(rows)} loops: the finding is right.")
+        print_out(f"\n{score_text(scores)}")
         print_out(f"Page:   {page}")
         print_out(f"List:   {folder / 'audit' / 'worklist' / 'index.html'}")
         print_out(f"Open:   stiction serve {folder / 'audit'}")
         print_out(f"Try:    stiction audit {files[0]} --map {files[1]} --connections {files[2]} --out my-audit")
-    return int(right < len(rows) or not all(group["right"] for group in groups)), page
+    return int("WRONG" in scores or not all(group["right"] for group in groups)), page
 
 
 def write_plant_files(plant: SimulatedPlant, folder: Path) -> tuple[Path, Path, Path]:
@@ -99,15 +99,15 @@ def write_plant_files(plant: SimulatedPlant, folder: Path) -> tuple[Path, Path, 
 
 RIGHT = {
     "stiction": ("sticks", "probably_sticks"),
-    "tight tuning": ("tuning", *OPEN),
-    "external disturbance": ("follows", "external", *OPEN),
-    "none": ("nothing_found", "follows", *OPEN),
+    "tight tuning": ("tuning",),
+    "external disturbance": ("follows", "external"),
+    "none": ("nothing_found", "follows"),
 }
-"""Fault of a loop in control -> findings that are right; those that leave the cause open name a test."""
+"""Fault of a loop in control -> findings that are right."""
 
 
 def plant_truth(plant: SimulatedPlant, plant_audit: Audit) -> list[dict[str, Any]]:
-    """Truth and finding of each loop, and whether the finding is right."""
+    """Truth and finding of each loop, and its `score`: "ok", "open" where the question is left open, or "WRONG"."""
     from stiction.diagnosis.verdict.finding import STATE_FINDINGS
 
     rows = []
@@ -115,7 +115,8 @@ def plant_truth(plant: SimulatedPlant, plant_audit: Audit) -> list[dict[str, Any
         row = plant_audit.row(loop.record.tag)
         expected = RIGHT[loop.cause] if loop.state == "in_control" else (STATE_FINDINGS[loop.state],)
         right = row.finding in expected and (row.verdict == "stiction") == (loop.cause == "stiction")
-        rows.append({"tag": row.tag, "truth": _truth_text(loop), "found": row.finding_text, "right": right})
+        score = "ok" if right else "open" if row.finding in OPEN else "WRONG"
+        rows.append({"tag": row.tag, "truth": _truth_text(loop), "found": row.finding_text, "score": score})
     return rows
 
 

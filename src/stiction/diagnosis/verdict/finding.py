@@ -173,7 +173,9 @@ def explain_next_step(found: Findings) -> str:
         return (
             f"Ramp OP up and down by {3.0 * S:.0f} % in manual and compare stem or PV with OP. {_ramp_plan(found, S)}"
         )
-    return NEXT_STEPS.get(code, "") or (_step(found) if found.verdict == "undecided" else "")
+    if code in NEXT_STEPS or found.verdict != "undecided":
+        return NEXT_STEPS.get(code, "")
+    return _step(found) if oscillation.oscillating else f"Not urgent: the loop does not oscillate. {_step(found)}"
 
 
 def _minutes(seconds: float) -> str:
