@@ -44,7 +44,7 @@ LIMITS = np.arange(0.3, 0.91, 0.02).round(2)
 SHOWN = 0.88
 """Share of the sticky valves with S above `S_detectable` that must not be called good, of loops not trained on [-]."""
 EVIDENCE = (1.0, 2.7, 4.0, 6.0, 10.0, 20.0)
-"""Evidence foretold of a valve of size `S_detectable`, of which the least that is enough is taken [-]."""
+"""Evidence predicted of a valve of size `S_detectable`, of which the least that is enough is taken [-]."""
 FOLDS = 4
 """Parts of the loops; each is judged by models trained on the others [-]."""
 
@@ -155,12 +155,12 @@ def _unseen_limit(table: pl.DataFrame, unseen: np.ndarray) -> float:
 
 
 def _min_evidence(table: pl.DataFrame) -> float:
-    """Least evidence foretold of its S from which a sticky valve is seldom called good, of loops that may be."""
+    """Least evidence predicted of its S from which a sticky valve is seldom called good, of loops that may be."""
     sticky = table.filter(~pl.col("cause").is_in(UNKNOWABLE["unseen"]))
     sticky = sticky.filter(pl.col("sticky") & pl.col("true_S").is_finite() & pl.col("evidence").is_not_null())
-    foretold = np.array([np.interp(np.log(S), np.log(S_GRID), row) for S, row in sticky["true_S", "evidence"].rows()])
+    predicted = np.array([np.interp(np.log(S), np.log(S_GRID), row) for S, row in sticky["true_S", "evidence"].rows()])
     called = _called_good(sticky)
-    shares = [float(called[foretold >= level].mean()) for level in EVIDENCE]
+    shares = [float(called[predicted >= level].mean()) for level in EVIDENCE]
     return next((level for level, share in zip(EVIDENCE, shares, strict=True) if share <= 1.0 - SHOWN), EVIDENCE[-1])
 
 

@@ -1,12 +1,12 @@
 """``stiction demo``: diagnose a small simulated plant with known faults."""
 
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+from stiction.apps.demo_plant import score_text
 from stiction.apps.options import JsonOption, ReportOption
 from stiction.display.finding_words import OPEN
 from stiction.display.number_format import count_noun
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from stiction.diagnosis import Diagnosis
     from stiction.simulation.demo import DemoLoop
 
-__all__ = ["demo", "score_finding", "score_text"]
+__all__ = ["demo", "score_finding"]
 
 DEFAULT_REPORT = "stiction-demo.html"
 
@@ -121,20 +121,6 @@ def score_finding(loop: "DemoLoop", found: "Diagnosis") -> str:
         return "open"
     right = found.finding in EXPECTED[loop.cause] and (found.verdict == "stiction") == (loop.cause == "stiction")
     return "ok" if right else "WRONG"
-
-
-def score_text(scores: Sequence[str]) -> str:
-    """Say how many findings are right, open and wrong.
-
-    Examples
-    --------
-    >>> score_text(["ok", "open", "ok"])
-    '2 of 3 findings are right, 1 open, 0 wrong.'
-    """
-    return (
-        f"{scores.count('ok')} of {count_noun(len(scores), 'finding')} are right, {scores.count('open')} open, "
-        f"{scores.count('WRONG')} wrong."
-    )
 
 
 def _print_verdicts(plant: tuple["DemoLoop", ...], diagnoses: list["Diagnosis"]) -> None:

@@ -5,14 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stiction.apps.demo import score_text
 from stiction.display.finding_words import OPEN
+from stiction.display.number_format import count_noun
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from stiction.fleet import Audit
     from stiction.simulation.plant import PlantLoop, SimulatedPlant
 
-__all__ = ["demo_plant_audit", "plant_truth", "write_plant_files"]
+__all__ = ["demo_plant_audit", "plant_truth", "score_text", "write_plant_files"]
 
 FOLDER = "stiction-plant"
 
@@ -60,6 +62,20 @@ def demo_plant_audit(folder: Path, *, as_json: bool, seed: int = 0) -> tuple[int
         print_out(f"Open:   stiction serve {folder / 'audit'}")
         print_out(f"Try:    stiction audit {files[0]} --map {files[1]} --connections {files[2]} --out my-audit")
     return int("WRONG" in scores or not all(group["right"] for group in groups)), page
+
+
+def score_text(scores: Sequence[str]) -> str:
+    """Say how many findings are right, open and wrong.
+
+    Examples
+    --------
+    >>> score_text(["ok", "open", "ok"])
+    '2 of 3 findings are right, 1 open, 0 wrong.'
+    """
+    return (
+        f"{scores.count('ok')} of {count_noun(len(scores), 'finding')} are right, {scores.count('open')} open, "
+        f"{scores.count('WRONG')} wrong."
+    )
 
 
 def write_plant_files(plant: SimulatedPlant, folder: Path) -> tuple[Path, Path, Path]:

@@ -23,8 +23,8 @@ def parse_levels(name: str, spec: str | float, duration: float, dt: float) -> ND
     """Read a level, or levels that change at given times.
 
     `name`: name of the signal, for the error. `spec`: ``LEVEL`` or ``LEVEL,LEVEL@TIME,...`` with times in seconds,
-    ascending. `duration`, `dt`: length and sampling period [s]. Gives one level for each sample. Raises ParameterError
-    when a level or a time cannot be read, the times are not ascending, or the duration is too long.
+    ascending. `duration`, `dt`: length and sampling period [s]. Returns one level for each sample. Raises
+    ParameterError when a level or a time cannot be read, the times are not ascending, or the duration is too long.
 
     Examples
     --------
@@ -55,7 +55,7 @@ def parse_op_signal(spec: str, dt: float) -> tuple[NDArray[np.float64], float]:
     """Make the input of a valve from the name of a test signal or of a CSV file with an OP.
 
     `spec`: ``NAME:PARAMETER=VALUE,...`` with a name of `SIGNALS`, or the name of a file ("-" is the standard input).
-    `dt`: sampling period [s]; not used for a file. Gives `op`: controller output [% of span]; `dt`: sampling period
+    `dt`: sampling period [s]; not used for a file. Returns `op`: controller output [% of span]; `dt`: sampling period
     [s]. Raises ParameterError when the signal or a parameter is unknown. Raises RecordError when the file cannot be
     read.
 

@@ -37,7 +37,7 @@ def adjust_twin(
     """Change dead time, J / S and gain until the period matches, and S until the amplitudes do.
 
     `loop`: the twin as identified: a Kano valve and a transfer function. `sp`, `op`: operating point [PV units, % of
-    span]. `inputs`: disturbances and set point changes. `measured`: oscillation of the record. Gives the loop closest
+    span]. `inputs`: disturbances and set point changes. `measured`: oscillation of the record. Returns the loop closest
     to the record and the list of changes as text; None when no change makes the period match.
     """
     valve, process = loop.valve, loop.process

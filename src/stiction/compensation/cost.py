@@ -33,7 +33,7 @@ WEIGHTS = {
 def check_weights(weights: Mapping[str, float] | None) -> dict[str, float]:
     """Check weights and add the defaults.
 
-    `weights`: name -> weight [-]. Gives all weights; those not given have their default. Raises ParameterError when a
+    `weights`: name -> weight [-]. Returns all weights; those not given have their default. Raises ParameterError when a
     name is unknown, a weight negative, or all are 0.
     """
     given = dict(weights or {})

@@ -26,8 +26,8 @@ MIN_CYCLES = 4
 def periodic_part(op: NDArray[np.float64], x: NDArray[np.float64], samples: float) -> NDArray[np.float64]:
     """Return the part of a series that repeats with the cycles of OP.
 
-    `op`, `x`: OP [% of span] and the series [any unit]. `samples`: period of the cycle [samples]. Gives the mean of `x`
-    over the cycles, repeated in each cycle, reduced by the share that noise adds to such a mean.
+    `op`, `x`: OP [% of span] and the series [any unit]. `samples`: period of the cycle [samples]. Returns the mean of
+    `x` over the cycles, repeated in each cycle, reduced by the share that noise adds to such a mean.
 
     Examples
     --------

@@ -21,8 +21,8 @@ NO_INTEGRAL_TI = 1e7
 def values_from_diagnosis(diagnosis: Diagnosis) -> tuple[dict[str, Any], list[str]]:
     """Return values of `WhatIfSettings` as identified, and remarks on them.
 
-    Gives values of the loop's twin, else of the identification with the fitted or a usual controller; the process gain
-    has the sign that the controller needs. Sentences on what was assumed.
+    Returns values of the loop's twin, else of the identification with the fitted or a usual controller; the process
+    gain has the sign that the controller needs. Sentences on what was assumed.
     """
     from stiction.compensation.twin import build_twin
 

@@ -23,8 +23,8 @@ UNITS = {
 def prediction_text(trial: CompensationTrial) -> str:
     """Return the predicted effect of the recommended remedy relative to doing nothing.
 
-    `trial`: a trial with a recommendation. Gives PV deviation, stem travel and reversals, and the PV deviation if S and
-    J are wrong by 30 %.
+    `trial`: a trial with a recommendation. Returns PV deviation, stem travel and reversals, and the PV deviation if S
+    and J are wrong by 30 %.
     """
     chosen, now = trial[trial.recommended or NO_ACTION], trial[NO_ACTION].behaviour
     b = chosen.behaviour

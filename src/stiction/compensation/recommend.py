@@ -30,7 +30,7 @@ PLANT_TO_TWIN_RATIO = 0.9
 def refusal_reason(diagnosis: Diagnosis) -> str:
     """Say why no advice can be given for a diagnosis; empty when it can.
 
-    Gives the reason, or an empty text.
+    Returns the reason, or an empty text.
     """
     if not diagnosis.loop_state.in_control:
         return f"{diagnosis.reason} So the record does not show how the valve moves, and no remedy can be advised."
@@ -62,7 +62,7 @@ def choose_remedy(ranked: tuple[RemedyTrial, ...], *, from_record: bool = False)
     """Choose the remedy to use until the next shutdown.
 
     `ranked`: the trials, the cheapest first. `from_record`: whether they were made on the twin of a record; otherwise
-    on a given loop. Gives its name, the reason, the risk, and the share by which it is expected to lower the PV
+    on a given loop. Returns its name, the reason, the risk, and the share by which it is expected to lower the PV
     deviation [-].
     """
     fix = next(one for one in ranked if one.name == REPAIR)

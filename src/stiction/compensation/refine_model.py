@@ -78,8 +78,8 @@ def refine_model(record: LoopRecord, found: Identification, period: float, *, cy
 
     `record`: the judged part of a record, without gaps in OP and PV. `found`: valve and process identified from it.
     `period`: period of the oscillation [s]. `cycles`: whether the oscillation is regular: then the periodic part of the
-    residual is model error and is removed. Gives the best fit; the identified model when no other explains more. Raises
-    RecordError when the identified valve does not move in these samples.
+    residual is model error and is removed. Returns the best fit; the identified model when no other explains more.
+    Raises RecordError when the identified valve does not move in these samples.
     """
     view = _SearchData(record, found.process.integrating, period)
     if found.by_position:

@@ -193,7 +193,7 @@ def maximum_sensitivity(loop: Loop, controller: PID | None = None) -> float:
     """Return the maximum sensitivity Ms of the loop with a good valve [-]; infinite when that loop is unstable.
 
     `loop`: the loop; half a sample is added to the dead time for the zero-order hold. `controller`: controller to use
-    instead of the loop's. Gives ms [-].
+    instead of the loop's. Returns ms [-].
     """
     _, L = _open_loop(loop, controller or loop.controller)
     crossing = np.unwrap(np.angle(L))
@@ -206,7 +206,7 @@ def maximum_sensitivity(loop: Loop, controller: PID | None = None) -> float:
 def describing_function_margin(loop: Loop) -> float:
     """Return the smallest |1 + N(A) L(j omega)| over amplitudes and frequencies, the distance from a limit cycle [-].
 
-    `loop`: the loop with its sticky valve. Gives the margin [-].
+    `loop`: the loop with its sticky valve. Returns the margin [-].
     """
     if is_frictionless(loop.valve):
         return 1.0 / maximum_sensitivity(loop)

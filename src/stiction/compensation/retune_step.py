@@ -50,7 +50,7 @@ PERIODS, LOADS_OVER_S = 40, (0.23, -0.41, 0.08, -0.13, 0.37, -0.29, 0.47, -0.05)
 def retune_step(loop: Loop, period: float) -> Retuning:
     """Find whether a step to more proportional action helps, for a loop identified from a record.
 
-    `loop`: the loop's twin, with a valve that has S and J. `period`: period of its oscillation [s]. Gives the setting
+    `loop`: the loop's twin, with a valve that has S and J. `period`: period of its oscillation [s]. Returns the setting
     after the step, or the present one where the step goes beyond the limits. `improvement` is that of simulations with
     noise and loads, a mean over valves with different slip jumps.
 

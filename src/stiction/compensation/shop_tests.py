@@ -36,7 +36,7 @@ def plan_confirmation_tests(op: float, S: float) -> tuple[TestPlan, ...]:
     """Plan the tests that confirm a deadband plus stickband `S` near the OP `op`.
 
     `op`: usual OP of the loop [% of span]; moved if the test would leave the span. `S`: largest expected deadband plus
-    stickband [% of span]. Gives ramp test and step test; only a ramp test over the whole span if S is above 16 %.
+    stickband [% of span]. Returns ramp test and step test; only a ramp test over the whole span if S is above 16 %.
     Raises ParameterError when `op` is not a number or `S` not positive.
 
     References

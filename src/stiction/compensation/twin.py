@@ -125,7 +125,7 @@ class Twin(Result):
 def twin_of_loop(loop: Loop, *, sp: float = 50.0, op: float = 50.0) -> Twin:
     """Return a given loop as a twin.
 
-    `sp`, `op`: operating point [PV units, % of span]. Gives the loop with its limit cycle.
+    `sp`, `op`: operating point [PV units, % of span]. Returns the loop with its limit cycle.
     """
     cycle, _, _ = simulate_cycle(loop, sp, op, undisturbed_period(loop, sp, op))
     reason = "The loop was not identified from a record, so there is no record to compare it with."

@@ -76,7 +76,7 @@ def sparkline(signals: Sequence[tuple[str, Sequence[float]]], label: str) -> str
     """Return signals on one scale as a small drawing.
 
     `signals`: class of the line (op, pv, mv or sp) and its samples [any unit]; gaps stay gaps. `label`: text for screen
-    readers. Gives an inline SVG, or a line of text when there is no sample to draw.
+    readers. Returns an inline SVG, or a line of text when there is no sample to draw.
 
     Examples
     --------

@@ -46,7 +46,7 @@ def time_unit(seconds: float) -> tuple[str, float]:
 def format_time(time: datetime | str | None, *, local: bool = False) -> str:
     """Return a time as text with its time zone, where that is known; empty without a time.
 
-    `time`: the time, or its text in the form of ISO 8601. Gives date, clock time of 24 hours to the minute, or to the
+    `time`: the time, or its text in the form of ISO 8601. Returns date, clock time of 24 hours to the minute, or to the
     second where it is not a whole minute, and the zone. `local`: in the zone of this computer, where the zone of the
     time is known.
 

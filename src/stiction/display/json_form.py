@@ -44,7 +44,7 @@ def to_json(value: Any, *, series: bool = True) -> Any:
     """Return a value as JSON allows it.
 
     `value`: a number, text, array, list, dict or dataclass, however nested. `series`: whether dicts and dataclasses
-    include their arrays. Gives NaN and infinity become None, complex numbers [real, imaginary], times ISO 8601, other
+    include their arrays. Returns NaN and infinity become None, complex numbers [real, imaginary], times ISO 8601, other
     objects their text.
 
     Examples

@@ -15,8 +15,8 @@ MAX_SIGNIFICANT_DIGITS = 4
 def format_number(value: float, unit: str = "", significant: int = 3) -> str:
     r"""Return a number as text with a few significant digits, or a dash; a no-break space stands before the unit.
 
-    `value`: the number [unit]. `unit`: its unit; left out when empty. `significant`: significant digits [-]. Gives the
-    number; a large one has no power of ten.
+    `value`: the number [unit]. `unit`: its unit; left out when empty. `significant`: significant digits [-]. Returns
+    the number; a large one has no power of ten.
 
     Examples
     --------
@@ -35,7 +35,7 @@ def count_noun(number: int, noun: str, plural: str = "") -> str:
     """Return a count with its noun.
 
     `number`: the count [-]. `noun`, `plural`: the noun for one and for more; the plural gets an s when it is not given.
-    Gives the number and the noun.
+    Returns the number and the noun.
 
     Examples
     --------
@@ -48,7 +48,7 @@ def count_noun(number: int, noun: str, plural: str = "") -> str:
 def format_interval(value: float, low: float, high: float) -> tuple[str, str, str]:
     """Return a value and the ends of its interval with the same number of decimals.
 
-    `value`, `low`, `high`: the value and the ends of its interval [any unit]. Gives value, lower and upper end: two
+    `value`, `low`, `high`: the value and the ends of its interval [any unit]. Returns value, lower and upper end: two
     significant digits of the value, or one when the interval reaches ten times as far; one digit of the width when that
     is finer. A value is shown as 0 only when it is tiny beside its interval.
 
@@ -79,7 +79,8 @@ def format_interval(value: float, low: float, high: float) -> tuple[str, str, st
 def format_probability(probability: float) -> str:
     """Return a probability as text, never as 0 or 1: an estimate from a record is not certain.
 
-    `probability`: the probability [-]. Gives two decimals, `<0.01` or `>0.99` instead of 0 or 1, a dash when it is NaN.
+    `probability`: the probability [-]. Returns two decimals, `<0.01` or `>0.99` instead of 0 or 1, a dash when it is
+    NaN.
 
     Examples
     --------

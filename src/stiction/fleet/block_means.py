@@ -64,7 +64,7 @@ def common_clock(records: Sequence[LoopRecord], *, max_blocks: int = 4096) -> Cl
     """Find blocks for a set of records: from the first start to the last end, and a fast part in the middle.
 
     `records`: records of one time span. Either all of them have a start time or none. `max_blocks`: largest number of
-    blocks, over the whole time and in the fast part [-]. Gives blocks of a whole number of the shortest sampling
+    blocks, over the whole time and in the fast part [-]. Returns blocks of a whole number of the shortest sampling
     period. Raises RecordError when there is no record, or only some of them have a start time or a time zone.
 
     The fast part has blocks of one sampling period. It is there because a mean over a block longer than a tenth of
@@ -106,8 +106,8 @@ def common_clock(records: Sequence[LoopRecord], *, max_blocks: int = 4096) -> Cl
 def make_block_means(record: LoopRecord, clock: Clock) -> BlockMeans:
     """Average the control error and the OP of a record over the blocks of a clock.
 
-    `record`: the record of one loop. `clock`: the blocks, as `common_clock` finds them. Gives gaps shorter than half of
-    the record are bridged by straight lines. A sample of a record whose sampling period is longer than the block is
+    `record`: the record of one loop. `clock`: the blocks, as `common_clock` finds them. Returns gaps shorter than half
+    of the record are bridged by straight lines. A sample of a record whose sampling period is longer than the block is
     held.
 
     Examples

@@ -63,8 +63,8 @@ class LabelConflictError(StictionError):
 def read_labels(folder: str | os.PathLike[str]) -> list[Label]:
     """Read all labels, in the order in which they were written.
 
-    `folder`: folder of the audit. Gives empty when nothing was written yet. Raises RecordError when the file has other
-    columns, or a row that is no label; the message has its number.
+    `folder`: folder of the audit. Returns empty when nothing was written yet. Raises RecordError when the file has
+    other columns, or a row that is no label; the message has its number.
 
     Examples
     --------

@@ -145,8 +145,8 @@ def compute_priority(severity: float, confidence: float, importance: float = 1.0
     """Compute the priority by which loops are ranked: severity times confidence times importance.
 
     `severity`: severity of the loop, from 0 to 1 [-]. `confidence`: probability of the main finding, from 0 to 1 [-].
-    `importance`: weight that the plant gives the loop [-]. Gives the priority [-]; from 0 to 1 where the importance is
-    1. Raises ParameterError when a number is outside its limits.
+    `importance`: weight that the plant gives the loop [-]. Returns the priority [-]; from 0 to 1 where the importance
+    is 1. Raises ParameterError when a number is outside its limits.
 
     Examples
     --------

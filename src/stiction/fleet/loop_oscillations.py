@@ -45,7 +45,7 @@ class LoopOscillation:
 def find_loop_oscillations(means: BlockMeans, *, min_blocks: float = 10.0) -> tuple[LoopOscillation, ...]:
     """Find the candidates for an oscillation in the control error and the OP of a loop.
 
-    `min_blocks`: blocks to a period below which the fast part is used [-]. Gives one for each period, the shortest
+    `min_blocks`: blocks to a period below which the fast part is used [-]. Returns one for each period, the shortest
     first; of periods that are harmonics of a stronger one only that one.
 
     Examples
@@ -113,7 +113,7 @@ def _is_harmonic(row: tuple[LoopOscillation, float], rows: list[tuple[LoopOscill
 def signal_at(means: BlockMeans, period: float, signal: str, *, min_blocks: float = 10.0):
     """Block means in which a period is best seen: the fast part for short periods.
 
-    `period`: period [s]. `min_blocks`: blocks to a period below which the fast part is used [-]. Gives the signal,
+    `period`: period [s]. `min_blocks`: blocks to a period below which the fast part is used [-]. Returns the signal,
     shape (n_blocks,), and the length of its blocks [s].
 
     Examples
@@ -136,9 +136,9 @@ def complex_envelope(x: NDArray[np.floating], blocks_per_period: float, *, perio
     """Demodulate a signal: amplitude and phase at one period, in windows that overlap by half.
 
     `x`, of shape (n_blocks,): the signal [any unit]. `blocks_per_period`: period over the length of a block [-].
-    `periods`: length of a window [periods]. Gives amplitude (half peak to peak) times exp(i phase) in each window [unit
-    of `x`]; the phase is counted from the first block, shape (n_windows,). Empty where the signal is shorter than two
-    windows.
+    `periods`: length of a window [periods]. Returns amplitude (half peak to peak) times exp(i phase) in each window
+    [unit of `x`]; the phase is counted from the first block, shape (n_windows,). Empty where the signal is shorter than
+    two windows.
 
     Each window is weighted with Hann's window, its mean and slope taken off, so that drift and harmonics count little.
 

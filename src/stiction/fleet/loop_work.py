@@ -78,7 +78,7 @@ def diagnose_loop(
 ) -> tuple[LoopRow, tuple[StoredWindow, ...]]:
     """Diagnose one loop as `stiction.diagnose` does, with the windows that are known, and complete its row.
 
-    Gives the row, and the windows that are new or changed. Windows of other models are judged again where the source
+    Returns the row, and the windows that are new or changed. Windows of other models are judged again where the source
     still holds them.
 
     Raises

@@ -22,7 +22,7 @@ def harmonics_share(x: NDArray[np.floating], blocks_per_period: float, *, orders
     """Power of the harmonics over the power of the fundamental.
 
     `x`, of shape (n_blocks,): the signal [any unit]. `blocks_per_period`: period over the length of a block [-].
-    `orders`: harmonics that count [-]; those above half of the sampling frequency are left out. Gives the share [-];
+    `orders`: harmonics that count [-]; those above half of the sampling frequency are left out. Returns the share [-];
     NaN where the signal is shorter than 8 periods. Power that the neighbourhood of a harmonic holds as well is taken
     off as noise.
 
@@ -56,7 +56,7 @@ def nonlinearity_of(x: NDArray[np.floating], blocks_per_period: float, *, per_pe
 
     `x`, of shape (n_blocks,): the signal [any unit]; its first 350 samples after averaging to `per_period` count.
     `blocks_per_period`: period over the length of a block [-]. `per_period`: samples to a period after averaging [-].
-    Gives N; NaN where the signal is too short or too close to a sine.
+    Returns N; NaN where the signal is too short or too close to a sine.
 
     Examples
     --------
@@ -77,7 +77,7 @@ def nonlinearity_of(x: NDArray[np.floating], blocks_per_period: float, *, per_pe
 def oscillation_amplitude(means: BlockMeans, period: float, signal: str) -> tuple[float, float]:
     """Amplitude of an oscillation in one signal, and the share of the signal's variance that it carries.
 
-    `period`: period [s]. Gives amplitude (half peak to peak) [unit of the signal] and share [-]; both 0 where the
+    `period`: period [s]. Returns amplitude (half peak to peak) [unit of the signal] and share [-]; both 0 where the
     signal does not move.
 
     Examples
@@ -106,7 +106,7 @@ def arrival_order(
 
     `signals`: signal of each loop, all of one length, and the length of its blocks [s]. `period`: period [s].
     `half_band`: half width of the frequency band that is used, over the frequency of the oscillation [-]. `reach`:
-    largest delay that is looked for [periods]. Gives group delay of each signal against the common oscillation
+    largest delay that is looked for [periods]. Returns group delay of each signal against the common oscillation
     [periods]; the mean is 0, shape (n_loops,). NaN where the amplitude and the phase are too steady, or the coherence
     too low, to see one.
 

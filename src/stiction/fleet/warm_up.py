@@ -15,7 +15,7 @@ MAX_SAMPLES = 3000
 def warm_kernels(samples: int, dt: float) -> tuple[float, float]:
     """Compile all kernels once, so that the workers find them in the cache on disk, and time one loop.
 
-    `samples`: samples of a loop [-]. `dt`: sampling period [s]. Gives time in which a worker starts, and time of one
+    `samples`: samples of a loop [-]. `dt`: sampling period [s]. Returns time in which a worker starts, and time of one
     loop without reading it [s].
     """
     from stiction.diagnosis.pipeline import diagnose

@@ -21,7 +21,7 @@ def resolve_window(
 
     `ledger`: the ledger, which tells where the data of the last audit ended. `digest`: digest of the options. `since`:
     first time; "last" is the end of the data of the last finished run, or the `since` of an unfinished run that asked
-    for "last" too. `until`: time before which the samples end. Gives the key, and first and last time. Raises
+    for "last" too. `until`: time before which the samples end. Returns the key, and first and last time. Raises
     ParameterError when "last" has nothing to go on from, or `since` is not before `until`.
     """
     from stiction import __version__

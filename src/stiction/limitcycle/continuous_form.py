@@ -39,7 +39,7 @@ class ContinuousValve(NamedTuple):
 def continuous_form(valve: Valve) -> ContinuousValve | None:
     """Return the continuous-time form of a valve, or None when it has none.
 
-    Gives None for physical valves, tables, eq. 5 as printed and Choudhury's valve with J > S.
+    Returns None for physical valves, tables, eq. 5 as printed and Choudhury's valve with J > S.
 
     Examples
     --------

@@ -28,7 +28,7 @@ def harmonic_balance(
     """All solutions of 1 + L(j omega) N(A) = 0 and the boundaries at the jumps of N.
 
     `linear`: the system from the output of the nonlinearity to its input, without the sign of the feedback. `families`:
-    families of rest levels, see `describing_function`; by default both symmetric ones of a staircase. Gives by family
+    families of rest levels, see `describing_function`; by default both symmetric ones of a staircase. Returns by family
     and amplitude, each once. Stability is by Loeb's criterion. Raises ParameterError when the linear part is improper
     or sampled, or a family is unknown.
 

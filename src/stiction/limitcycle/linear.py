@@ -89,7 +89,7 @@ def linear_part(loop: Loop, *, sp: float = 0.0, disturbance: float = 0.0) -> Lin
     """Return the linear part of a loop, its controller taken in continuous time.
 
     `loop`: the loop; its `dt` has no effect. `sp`: set point [PV units]. `disturbance`: load at the process inlet [% of
-    span]. Gives state space and operating point. Raises ParameterError when controller and process together are
+    span]. Returns state space and operating point. Raises ParameterError when controller and process together are
     improper or have no point of rest, the loop has a compensator, or `sp` or `disturbance` is not finite.
 
     Examples

@@ -80,7 +80,7 @@ def find_crossings(curves, omega, response) -> list[tuple[int, float, float]]:
     """First guesses of 1 + L N = 0 along several curves N(a) and the response L(omega).
 
     `curves`: parameter and N of each curve, shapes (n_points,); points with N = 0 are ignored. `omega`, `response`, of
-    shape (n_frequencies,): frequencies [rad/s] and L there. Gives index of the curve, its parameter and the frequency
+    shape (n_frequencies,): frequencies [rad/s] and L there. Returns index of the curve, its parameter and the frequency
     [rad/s].
     """
     if omega.size < 2 or not curves:

@@ -151,7 +151,7 @@ def _distance(guess: LimitCycle, cycle: LimitCycle) -> float:
 def explain_no_cycle(loop: Loop) -> str:
     """Explain in a sentence why no limit cycle was found.
 
-    `loop`: a loop for which `predict_limit_cycles` is empty. Gives the reason: a valve without friction, an unstable
+    `loop`: a loop for which `predict_limit_cycles` is empty. Returns the reason: a valve without friction, an unstable
     loop, a controller without gain, or a search without result.
 
     Examples

@@ -51,8 +51,8 @@ def study_cycles(
     """Compute what is shown of the exact cycles of a loop.
 
     `cycles`: its cycles, as `predict_limit_cycles` gives them. `over`: parameter of the bifurcation diagram. `sp`,
-    `disturbance`: set point [PV units] and load [% of span], as deviations from the point of rest. Gives None when the
-    loop has no exact cycle.
+    `disturbance`: set point [PV units] and load [% of span], as deviations from the point of rest. Returns None when
+    the loop has no exact cycle.
     """
     exact = exact_cycles(cycles)
     if not exact:

@@ -52,7 +52,7 @@ def convert_bands(first: float, second: float, source: str, target: str) -> tupl
     """Convert two parameters of a valve to two others.
 
     `first`, `second`: the parameters that `source` names [% of span]. `source`, `target`: "S, J", "fs, fd" or "sb, sj".
-    Gives the parameters that `target` names [% of span]. Raises ParameterError when a number is negative, or a
+    Returns the parameters that `target` names [% of span]. Raises ParameterError when a number is negative, or a
     parameter of the target would be.
 
     Examples
@@ -80,8 +80,8 @@ def convert_valve(valve: Valve, model: type[Valve] | str, *, r: float | None = N
 
     `valve`: ideal, Stenman, Kano, Choudhury, He or Srinivasan. `model`: the model to convert to, as class or name. `r`:
     rate of the Srinivasan valve to make [% of span / s]; by default the rate of the same valve. `dt`: sampling period
-    [s]; He's valve has a hidden rate threshold (fs - fd) / dt, so its way to and from Srinivasan's needs it. Gives the
-    valve, with the same travel. Raises ParameterError when the valve has no such form; the message says what to do.
+    [s]; He's valve has a hidden rate threshold (fs - fd) / dt, so its way to and from Srinivasan's needs it. Returns
+    the valve, with the same travel. Raises ParameterError when the valve has no such form; the message says what to do.
 
     These conversions give the identical valve, to the last bit if the bands are exact in binary:
 

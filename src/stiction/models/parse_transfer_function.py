@@ -42,7 +42,7 @@ _ONE = _Ratio(np.ones(1), np.ones(1))
 def parse_transfer_function(text: str) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
     """Parse a transfer function in s; a product without a sign comes before a division, as on paper.
 
-    `text`: numbers, s, ``+ - * / ^``, brackets and ``exp(-L s)`` for a dead time of L seconds. Gives `num`, `den`:
+    `text`: numbers, s, ``+ - * / ^``, brackets and ``exp(-L s)`` for a dead time of L seconds. Returns `num`, `den`:
     coefficients, descending powers of s; `dead_time`: dead time [s]. Raises ParameterError when the text cannot be
     parsed, is too long or of too high an order, or adds terms with different dead times.
 

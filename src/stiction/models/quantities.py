@@ -43,7 +43,7 @@ def to_si(name: str, value: object, unit: str) -> float:
     """Read a quantity in the SI unit `unit`.
 
     `name`: name of the quantity, for the error. `value`: an SI number, or text with a unit such as "300 lbf/in".
-    Pressures are gauge pressures. `unit`: the SI unit, as pint writes it. Gives the number in `unit`. Raises
+    Pressures are gauge pressures. `unit`: the SI unit, as pint writes it. Returns the number in `unit`. Raises
     ParameterError when the text has no unit, an unknown one, one of another dimension, a bare pound (which may be a
     mass or a force) or a decimal comma.
 

@@ -76,9 +76,9 @@ class Equation5(Result):
 def equation5(seed: int = 0) -> Equation5:
     """Drive eq. 5 as printed and repaired, with sb = 2 %, sj = 1 %.
 
-    `seed`: seed of the random walk. Gives as printed, the stem jumps by sj in the direction of du and keeps the excess
-    of the OP over sb. After a step it never moves again, because du is 0 in the next sample. Repaired, it jumps to sb -
-    sj from the OP, like the valves of Kano, He and Choudhury with S = 2 sb - sj, J = sj.
+    `seed`: seed of the random walk. Returns as printed, the stem jumps by sj in the direction of du and keeps the
+    excess of the OP over sb. After a step it never moves again, because du is 0 in the next sample. Repaired, it jumps
+    to sb - sj from the OP, like the valves of Kano, He and Choudhury with S = 2 sb - sj, J = sj.
 
     References
     ----------

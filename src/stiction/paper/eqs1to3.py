@@ -80,7 +80,7 @@ def stribeck_friction(speed: float, *, as_printed: bool = False) -> float:
 def equations1to3(slope: float = 4.0) -> Equations1to3:
     """Ramp the pressure at `slope` [psi/s] with Fe = P A as printed and Fe = P A - K x.
 
-    Gives as printed, the force at rest ignores the spring. Once above static friction it stays above it, so that
+    Returns as printed, the force at rest ignores the spring. Once above static friction it stays above it, so that
     friction F_s exceeds the real force and drives the stem, which then chatters (the number of starts depends on the
     time step). Eq. 3 has E1 corrected in both forms, because it overflows otherwise. Raises ParameterError when `slope`
     is not positive, or so low or high that the ramp is too long or the stem never comes to rest.

@@ -51,7 +51,7 @@ class Equations6and7(Result):
 def equations6and7() -> Equations6and7:
     """Compare eqs. 6 and 7 with the valve of eq. 4.
 
-    Gives Eq. 7 is right. Eq. 6 has its roots misprinted (E3) and misses a factor 2 on the inner root of its second
+    Returns Eq. 7 is right. Eq. 6 has its roots misprinted (E3) and misses a factor 2 on the inner root of its second
     branch (E4). Both hold for rest levels +-d/2, +-3d/2, ... only (E5).
 
     References

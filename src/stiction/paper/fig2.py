@@ -90,7 +90,7 @@ class Figure2(Result):
 def figure2() -> Figure2:
     """Ramp the valve of Table I from 0 to 18 psi.
 
-    Gives simulated, as in the paper: 2a without friction at slope 4, 2b with friction at slope 4 (stairs), 2c with
+    Returns simulated, as in the paper: 2a without friction at slope 4, 2b with friction at slope 4 (stairs), 2c with
     friction at slope 9 (stick, jump, follow), eqs. 1 to 3 with errata E1 and E2 corrected.
 
     Reading A gives 5 stairs in Fig. 2b and reading B gives 22; the text of the paper gives no number.

@@ -10,8 +10,8 @@ __all__ = ["figure4"]
 def figure4() -> tuple[LabRamp, ...]:
     """Ramps at 0.0125 and 0.01 %/s: stick, slip, stick.
 
-    Gives Fig. 4a and 4b: OP and stem by model. The data are simulated with parameters read off the paper's text, as the
-    recorded data are not available: r between 0.0125 and 0.0167 %/s, d = 5.1 %; the jump is assumed.
+    Returns Fig. 4a and 4b: OP and stem by model. The data are simulated with parameters read off the paper's text, as
+    the recorded data are not available: r between 0.0125 and 0.0167 %/s, d = 5.1 %; the jump is assumed.
 
     The two-parameter model never sticks again on a ramp, so it cannot show this figure. The one-parameter model moves
     in stairs, but its jump equals its band: from 5 to 15 % with d = 5.1 % there is a single slip.

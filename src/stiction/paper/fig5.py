@@ -59,11 +59,11 @@ class Figure5:
 def figure5(seed: int = 0) -> Figure5:
     """Ramp the valve of a flow loop whose sb and sj vary over the travel.
 
-    `seed`: seed of the flow's noise. Gives the paper's industrial record is not available and its text gives no numbers
-    for it: the table of sb and sj, the rate, the flow's gain, the sensor's lag of 2 s and the noise are this project's,
-    chosen to show what the text describes: stairs at a low rate, with a slip jump and a stick band that vary over the
-    stem position. The paper ramped up only; the way down is added, since a flow alone shows the stick band only when
-    both directions are present.
+    `seed`: seed of the flow's noise. Returns the paper's industrial record is not available and its text gives no
+    numbers for it: the table of sb and sj, the rate, the flow's gain, the sensor's lag of 2 s and the noise are this
+    project's, chosen to show what the text describes: stairs at a low rate, with a slip jump and a stick band that vary
+    over the stem position. The paper ramped up only; the way down is added, since a flow alone shows the stick band
+    only when both directions are present.
 
     References
     ----------

@@ -35,7 +35,7 @@ class Figure6:
 def figure6(duration: float = 3000.0) -> Figure6:
     """Simulate the level loop with d = 5.1 %.
 
-    `duration`: length of the record [s]. Gives the record and the loop's limit cycles.
+    `duration`: length of the record [s]. Returns the record and the loop's limit cycles.
 
     References
     ----------

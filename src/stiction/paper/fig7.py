@@ -72,7 +72,7 @@ class _Printed:
 def figure7() -> Figure7:
     """Cross L(j omega) of the paper's example with -1/N(A).
 
-    Gives the Nyquist curve, the branches of -1/N(A) printed and corrected, and all crossings by kind.
+    Returns the Nyquist curve, the branches of -1/N(A) printed and corrected, and all crossings by kind.
 
     A and C are stable, B is the boundary at the jump of N(A) at A = 3d/2. The printed eq. 6 gives C with
     A = 0.987, T = 20.7 s; the corrected one A = 0.945, T = 16.28 s; the loop itself 0.939 and 16.24 s. The paper

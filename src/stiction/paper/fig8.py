@@ -41,7 +41,7 @@ def figure8(pulse: float = 1.0, begin: float = 200.0, length: float = 5.0, durat
     """Simulate the example loop in cycle A and disturb it.
 
     `pulse`: size of the pulse at the process inlet [% of span]; the paper does not give it. `begin`, `length`,
-    `duration`: begin and length of the pulse and length of the record [s]. Gives the record, the four stable cycles,
+    `duration`: begin and length of the pulse and length of the record [s]. Returns the record, the four stable cycles,
     and the smallest pulse that does it.
 
     References

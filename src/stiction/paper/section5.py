@@ -141,7 +141,7 @@ def model_trials() -> dict[str, ModelTrial]:
 def section5() -> Section5:
     """Test every model for every phenomenon.
 
-    Gives a number and a yes or no for each, with the statement of the paper.
+    Returns a number and a yes or no for each, with the statement of the paper.
 
     References
     ----------

@@ -94,7 +94,7 @@ class Table1(Result):
 def table1() -> Table1:
     """Read Table I with explicit units and derive the parameters of the simple models.
 
-    Gives "3 lb" and "3.5 lb/s" have no unit that fits the equations (erratum E7). Reading A takes the numbers as one
+    Returns "3 lb" and "3.5 lb/s" have no unit that fits the equations (erratum E7). Reading A takes the numbers as one
     consistent set of pound force, inch and second, with slopes in psi/s; reading B takes a mass of 3 pounds and slopes
     in psi/min. Both give Figs. 2b and 2c.
 

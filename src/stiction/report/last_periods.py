@@ -75,7 +75,7 @@ def rests_before_slips(
     """Find rests of an estimated valve position that end in a slip, in which OP moves by `MIN_TRAVEL_SHARE` of S.
 
     `position`, `op`: estimated valve position and OP [% of span]. `S`: deadband plus stickband [% of span].
-    `max_samples`: samples before the slip that count [-]. Gives samples of each rest.
+    `max_samples`: samples before the slip that count [-]. Returns samples of each rest.
 
     Examples
     --------

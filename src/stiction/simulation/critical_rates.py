@@ -80,7 +80,7 @@ def stribeck_rates(valve: PhysicalValve) -> tuple[float, float]:
     :math:`c = F_v v_s / (2 (F_s - F_c))` the two ends are :math:`v = v_s \sqrt{-W(-2c^2) / 2}`, W being Lambert's
     function on its two branches.
 
-    Gives lower and upper end [% of span / s]; (0, 0) when every slide is stable.
+    Returns lower and upper end [% of span / s]; (0, 0) when every slide is stable.
 
     Examples
     --------
@@ -113,7 +113,7 @@ def inertial_rate(valve: PhysicalValve) -> float:
     :math:`w'' + 2\zeta w' + w = 1, w(0) = 0, w'(0) = q` with :math:`q = (F_s - F_c) / (\sqrt{K m}\,v)`; at the
     rate returned the first minimum of w is 0, which gives q as a function of the damping ratio alone.
 
-    Gives rate [% of span / s]; 0 for a damping ratio of 1 or more, infinity without damping.
+    Returns rate [% of span / s]; 0 for a damping ratio of 1 or more, infinity without damping.
 
     Examples
     --------
@@ -155,8 +155,8 @@ def ramp_behaviour(valve: PhysicalValve, rate: float, slips: float = 8.0) -> Ram
     """Simulate a ramp and classify the motion of the stem.
 
     `valve`: the valve, without its lag, positioner and end stops. `rate`: rate of the ramp [% of span / s]. `slips`:
-    length of the ramp after the first start, in slips (F_s - F_c) / K [-]. Gives staircase when the stem rests at least
-    twice after its first start. Raises ParameterError when the valve is not a `PhysicalValve` or the rate is not
+    length of the ramp after the first start, in slips (F_s - F_c) / K [-]. Returns staircase when the stem rests at
+    least twice after its first start. Raises ParameterError when the valve is not a `PhysicalValve` or the rate is not
     positive, or so slow or fast that the ramp would have too many samples.
 
     Examples
@@ -212,7 +212,7 @@ def critical_rate(valve: PhysicalValve, *, simulate: bool = True, tolerance: flo
 
     `valve`: the valve; the rate refers to the signal to its actuator, so lag and positioner have no effect. `simulate`:
     find the rate by bisection on the simulated valve; otherwise take the larger of the closed forms. `tolerance`:
-    relative width of the last bracket [-]. Gives the rate, both closed forms and the mechanism. Raises ParameterError
+    relative width of the last bracket [-]. Returns the rate, both closed forms and the mechanism. Raises ParameterError
     when the valve is not a `PhysicalValve`.
 
     Two mechanisms cause stairs. A stem with little damping oscillates after its slip and can come to rest on the way

@@ -73,9 +73,9 @@ class _Loop:
 def demo_plant(seed: int = 1) -> tuple[DemoLoop, ...]:
     """Simulate the demo plant.
 
-    `seed`: seed of noise and load. Gives nine loops: sticky valves of three strengths and one on a level, a loop tuned
-    too tightly, one with an external disturbance, one with a coarse transmitter, a healthy one, and a level loop whose
-    valve has deadband only.
+    `seed`: seed of noise and load. Returns nine loops: sticky valves of three strengths and one on a level, a loop
+    tuned too tightly, one with an external disturbance, one with a coarse transmitter, a healthy one, and a level loop
+    whose valve has deadband only.
 
     Every controller is a PI controller with a usual tuning (lambda or SIMC), except the one that is tuned too tightly.
     Every load varies randomly. Noise is 0.1 to 0.5 % of the reading, and OP is recorded to 0.01 %.

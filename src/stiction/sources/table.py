@@ -64,7 +64,8 @@ class RawTable:
     metadata: dict[str, str] = field(default_factory=dict)
     """Key and value pairs stored with the table (Parquet, Arrow)."""
     count_rows: Callable[[], int] | None = None
-    """Gives the number of rows, where the format tells it without reading them; then `reader` takes a first row too."""
+    """Returns the number of rows, where the format tells it without reading them; then `reader` takes a first row
+    too."""
     spreads: dict[int, Callable[[], NDArray[np.float64]]] = field(default_factory=dict)
     """Column of averages -> gives the range of the signal within each interval, shape (n_rows,)."""
     first_row: int = 0
@@ -133,7 +134,7 @@ class TagColumn:
     clock: Clock | None
     """Time of each row; None when the source has no time column, and rows are evenly spaced."""
     load: Callable[[], pl.Series]
-    """Gives the cells, shape (n_rows,)."""
+    """Returns the cells, shape (n_rows,)."""
     unit: str = ""
     """Unit as written; empty when the source names none."""
     description: str = ""
@@ -143,7 +144,7 @@ class TagColumn:
     flags: dict[str, Callable[[], pl.Series]] = field(default_factory=dict)
     """Heading -> gives the quality or bad flag that stands with each value, where each row has one (long tables)."""
     spread: Callable[[], NDArray[np.float64]] | None = None
-    """Gives the range of the signal within the interval of each average; None where that is not known."""
+    """Returns the range of the signal within the interval of each average; None where that is not known."""
     own_clock: bool = False
     """Whether this tag was stored at times of its own, so that it must be aligned with the loop's other tags."""
     address: str = ""

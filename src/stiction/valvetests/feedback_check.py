@@ -32,8 +32,8 @@ SECOND_DIFFERENCE_STD = math.sqrt(6.0)
 def noise_correlation(record: LoopRecord) -> float:
     """Correlation of the noise of OP with that of PV at the same sample [-].
 
-    `record`: with OP [% of span] and PV. Gives about -1 for a controller that opens the valve when PV is low, 1 for the
-    other direction, whatever its gain; about 0 for an OP in manual; NaN when PV was not recorded or OP or PV has no
+    `record`: with OP [% of span] and PV. Returns about -1 for a controller that opens the valve when PV is low, 1 for
+    the other direction, whatever its gain; about 0 for an OP in manual; NaN when PV was not recorded or OP or PV has no
     noise.
     """
     if record.pv is None or len(record) < MIN_SAMPLES:

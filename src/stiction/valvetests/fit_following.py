@@ -29,7 +29,7 @@ __all__ = ["fit_following"]
 def fit_following(ramps: Sequence[OpRamp], moves: Sequence[StemMoves]) -> tuple[Estimate, Estimate]:
     """Deadband and S of a stem that followed every ramp, from its position.
 
-    `ramps`: ramps of the OP. `moves`: motion of the stem in each ramp [% of span]. Gives deadband and S [% of span];
+    `ramps`: ramps of the OP. `moves`: motion of the stem in each ramp [% of span]. Returns deadband and S [% of span];
     unknown when the stem did not follow in both directions.
     """
     if not all(moved.follows for moved in moves) or len({ramp.direction for ramp in ramps}) < 2:

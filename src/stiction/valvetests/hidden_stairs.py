@@ -48,8 +48,8 @@ def find_hidden_stairs(
     """Search the part of a ramp after its first slip.
 
     `ramp`: the ramp of the OP. `time`, `stem`: times [s] and the stem signal after the first slip. `sigma`: noise of
-    the stem signal [its unit]. `gain`: stem travel per OP [unit of the stem signal per % of span]. Gives the staircase,
-    if there is one; smallest detectable jump [unit of the stem signal]; infinite for a short ramp.
+    the stem signal [its unit]. `gain`: stem travel per OP [unit of the stem signal per % of span]. Returns the
+    staircase, if there is one; smallest detectable jump [unit of the stem signal]; infinite for a short ramp.
     """
     n = time.size
     if n < 24:

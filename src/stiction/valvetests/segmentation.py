@@ -117,7 +117,7 @@ def segment_signal(time: NDArray[np.float64], signal: NDArray[np.float64], sigma
     """Divide a signal into rests and lines.
 
     `time`: increasing times [s]; gaps are allowed. `signal`: the signal, without missing values. `sigma`: standard
-    deviation of its noise [unit of the signal], above 0. Gives in order of time; empty for fewer than two samples.
+    deviation of its noise [unit of the signal], above 0. Returns in order of time; empty for fewer than two samples.
 
     Examples
     --------

@@ -66,7 +66,7 @@ def test_prior_changes_the_valve_alone():
     assert replace(low, valve=0.0) == replace(high, valve=0.0)
 
 
-def test_no_stiction_is_excluded_without_evidence_foretold():
+def test_no_stiction_is_excluded_without_evidence_predicted():
     assert find_detectable_S(UNKNOWN, LoopResponse()) is None
     assert find_detectable_S(UNKNOWN, LoopResponse(evidence=np.zeros(S_GRID.size))) is None
 

@@ -35,7 +35,7 @@ def diagnose_file(record_path: str) -> Diagnosis:
 def diagnose_loop(record_path: str, folder: str) -> dict[str, Any]:
     """Diagnose the loop of a Parquet file of records and write what its page shows.
 
-    `record_path`: file that holds one record. `folder`: folder for `content.json` and `signals.npz`. Gives the row of
+    `record_path`: file that holds one record. `folder`: folder for `content.json` and `signals.npz`. Returns the row of
     the table of loops.
     """
     from stiction.apps.web.trend_data import save_signals, thin_values

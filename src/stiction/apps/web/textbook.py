@@ -36,7 +36,7 @@ REST_LEVELS_PER_BAND = 10.0
 def simulate_ramps(settings: TextbookSettings, width: int = 1200) -> dict[str, Any]:
     """Stroke each valve model up a ramp and down again.
 
-    `settings`: S, J, r, and rate and height of the ramp. `width`: width of the plot [px]. Gives `time` [s], `op` and
+    `settings`: S, J, r, and rate and height of the ramp. `width`: width of the plot [px]. Returns `time` [s], `op` and
     `position` (model -> stem) [% of span], and `behaviour` (model -> sentence).
 
     Examples
@@ -67,8 +67,8 @@ def simulate_ramps(settings: TextbookSettings, width: int = 1200) -> dict[str, A
 def drive_by_sine(settings: TextbookSettings) -> dict[str, Any]:
     """Drive the valve by a sine and compare the stem with the fundamental that N(A) describes.
 
-    `settings`: model, S, J and amplitude. Gives `phase` [degrees], `op`, `position` and `fundamental` [% of span] over
-    one period; `N` as [real, imaginary] and `inverse`, -1/N, None where the stem does not move; `sentence`.
+    `settings`: model, S, J and amplitude. Returns `phase` [degrees], `op`, `position` and `fundamental` [% of span]
+    over one period; `N` as [real, imaginary] and `inverse`, -1/N, None where the stem does not move; `sentence`.
     """
     from stiction.limitcycle import describing_function
     from stiction.simulation import stroke
@@ -98,7 +98,7 @@ def drive_by_sine(settings: TextbookSettings) -> dict[str, Any]:
 def draw_nyquist(settings: TextbookSettings) -> dict[str, Any]:
     """Cross L(j omega) of the paper's example loop with -1/N(A); takes up to 1 s, so that it runs in another process.
 
-    `settings`: model, S, J, factor on the loop gain, dead time. Gives `figure`, and `sentence` that says which limit
+    `settings`: model, S, J, factor on the loop gain, dead time. Returns `figure`, and `sentence` that says which limit
     cycles there are.
     """
     from stiction.limitcycle import predict_limit_cycles
@@ -114,7 +114,7 @@ def draw_nyquist(settings: TextbookSettings) -> dict[str, Any]:
 def simulate_jump(settings: TextbookSettings, width: int = 1200) -> dict[str, Any]:
     """Disturb the paper's example loop in its limit cycle by a pulse of load, as in Fig. 8.
 
-    `settings`: size and length of the pulse. `width`: width of the plot [px]. Gives `time` [s], `op`, `pv` and `mv`,
+    `settings`: size and length of the pulse. `width`: width of the plot [px]. Returns `time` [s], `op`, `pv` and `mv`,
     the `pulse` as [begin, end] [s], and `sentence`.
     """
     from stiction.paper.fig7 import EXAMPLE_LOOP

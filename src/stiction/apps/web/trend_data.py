@@ -68,7 +68,7 @@ def load_trend(path: str, start: float | None, end: float | None, points: int) -
     """Return a window of the signals as JSON, thinned so that no peak is lost.
 
     `start`, `end`: window [s since the first sample]; the whole record by default. `points`: width of the plot [px].
-    Gives ``{"about", "from", "to", "thinned", "time", "signals": {name: [...]}}``; times in seconds since the first
+    Returns ``{"about", "from", "to", "thinned", "time", "signals": {name: [...]}}``; times in seconds since the first
     sample.
     """
     about, signals = _load(path, Path(path).stat().st_mtime_ns)
@@ -91,8 +91,8 @@ def thin_columns(
 ) -> tuple[NDArray[np.float64], dict[str, NDArray[np.float64]]]:
     """Thin signals of one clock: the smallest and the largest value of each of `width` blocks, in their order.
 
-    `signals`: NaN is a gap. `width`: number of blocks [-]. Gives `samples`: sample number of each point; `thinned`: the
-    signals at these points. A block without a value is a gap.
+    `signals`: NaN is a gap. `width`: number of blocks [-]. Returns `samples`: sample number of each point; `thinned`:
+    the signals at these points. A block without a value is a gap.
 
     Examples
     --------

@@ -94,7 +94,7 @@ def make_start_load(settings: WhatIfSettings, n: int) -> NDArray[np.float64]:
 def predict_cycles(settings: WhatIfSettings) -> dict[str, Any]:
     """Predict the limit cycles of the loop; takes 0.02 to 1.4 s, so that it runs in another process.
 
-    `settings`: the loop; a compensator is left out, because no describing function covers it. Gives `sentence`, and
+    `settings`: the loop; a compensator is left out, because no describing function covers it. Returns `sentence`, and
     `cycles`: a list of `kind`, `stable`, `period_s`, `amplitude_op` [% of span], `amplitude_pv` [PV units], `family`,
     `exact` and `trust`, the exact cycle where there is one. Raises ParameterError when the settings give no loop, or
     the loop has no point of rest.

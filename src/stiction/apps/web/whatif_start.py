@@ -49,7 +49,7 @@ class WhatIfStart:
 def start_from_diagnosis(diagnosis: Diagnosis, *, width: int = 1600) -> WhatIfStart:
     """Return the settings that repeat a diagnosed loop; takes seconds, so that it runs in another process.
 
-    `width`: width of the plot [px]. Gives settings of the loop's twin where one can be built, else of the
+    `width`: width of the plot [px]. Returns settings of the loop's twin where one can be built, else of the
     identification and the fitted controller, else usual ones; `remarks` says which. Raises RecordError when the record
     holds no PV, or too few samples.
     """

@@ -32,8 +32,8 @@ def describe_trend(
 ) -> str:
     """Say what the simulated loop does.
 
-    `op_swing`, `pv_swing`: how OP [% of span] and PV [PV units] swing. `op`, `pv`: the part that is shown. Gives one to
-    three sentences.
+    `op_swing`, `pv_swing`: how OP [% of span] and PV [PV units] swing. `op`, `pv`: the part that is shown. Returns one
+    to three sentences.
     """
     if not np.isfinite(op).all() or float(np.abs(op).max()) > RUNAWAY:
         return "The simulated loop is unstable: OP and PV grow without end. Lower the controller gain."
@@ -67,7 +67,7 @@ def describe_cycles(settings: WhatIfSettings, loop: Loop, cycles: Sequence[Mappi
     """Say which limit cycles are predicted.
 
     `settings`: what the screen shows. `loop`: the loop without its compensator. `cycles`: the cycles, as
-    `predict_cycles` returns them. Gives one to three sentences.
+    `predict_cycles` returns them. Returns one to three sentences.
     """
     from stiction.limitcycle.predict import explain_no_cycle
 

@@ -137,7 +137,7 @@ def objections(
 def with_position(record: LoopRecord) -> tuple[LoopRecord, list[str]]:
     """Cut the longest stretch in which the valve position was recorded: a held one would pass for a valve that sticks.
 
-    Gives `record`: the stretch, with no gap of the position above `records.gaps.MAX_FILLED_GAP` samples; the record
+    Returns `record`: the stretch, with no gap of the position above `records.gaps.MAX_FILLED_GAP` samples; the record
     itself where it has no position; `lack`: why that is not enough, a clause; empty where the stretch is half of the
     record or more.
 

@@ -65,8 +65,8 @@ def cross_correlation(x: NDArray[np.float64], y: NDArray[np.float64], reach: int
 def correlation_offsets(r: NDArray[np.float64]) -> tuple[float, float]:
     """Horch's d_rho and d_tau of a cross-correlation.
 
-    `r`, of shape (2 reach + 1,): Cross-correlation, lag 0 in the middle. Gives `d_rho`, `d_tau`: both [-]; NaN where no
-    zero crossing surrounds lag 0.
+    `r`, of shape (2 reach + 1,): Cross-correlation, lag 0 in the middle. Returns `d_rho`, `d_tau`: both [-]; NaN where
+    no zero crossing surrounds lag 0.
 
     Examples
     --------

@@ -63,7 +63,7 @@ def nonlinearity_index(x: NDArray[np.float64], per_period: int) -> float:
     """N of a series [-]; NaN where it is too short, or has next to nothing above its fundamental.
 
     `x`: the series about its drift; 8 periods or more. `per_period`: samples to a period [-]; also the length of the
-    stretches compared. Gives .
+    stretches compared. Returns .
 
     Examples
     --------

@@ -72,7 +72,7 @@ def symbols(x: NDArray[np.float64]) -> NDArray[np.intp]:
 def still_shares(op: NDArray[np.intp], moved: NDArray[np.intp]) -> tuple[float, float]:
     """Shares rho_1 and rho_3 of two series of symbols.
 
-    `op`, `moved`, of shape (n_steps,): symbols of OP and of the valve position or flow. Gives `rho_1`, `rho_3`: both
+    `op`, `moved`, of shape (n_steps,): symbols of OP and of the valve position or flow. Returns `rho_1`, `rho_3`: both
     [-]; NaN where nothing ever moves.
 
     Examples

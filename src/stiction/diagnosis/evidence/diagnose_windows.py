@@ -31,7 +31,7 @@ def diagnose_windows(records: Sequence[LoopRecord], judge: Judge, *, methods: bo
     records : sequence of LoopRecord
         Records of one loop in the order of time, none twice; see `order_records`.
     judge : callable
-        Gives the diagnosis of a judged segment, with the published methods or without.
+        Returns the diagnosis of a judged segment, with the published methods or without.
     methods : bool
         Whether the published methods are applied: to the window that stands for all.
 

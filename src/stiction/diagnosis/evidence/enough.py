@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 __all__ = ["windows_needed"]
 
 MOST_NEEDED = 50
-"""Further windows up to which an answer is foretold [-]."""
+"""Further windows up to which an answer is predicted [-]."""
 
 
 def windows_needed(table: WindowTable, prior: float, costs: Costs, S_detectable: float | None) -> int | None:

@@ -54,7 +54,7 @@ def diagnose_further(
     length : float or None
         Length of the windows of the loop [s]; None where it is not known, so that it is found from the first day.
     judge : callable
-        Gives the diagnosis of a judged segment, with the published methods or without.
+        Returns the diagnosis of a judged segment, with the published methods or without.
 
     Returns
     -------

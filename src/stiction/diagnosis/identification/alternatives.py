@@ -40,7 +40,7 @@ def alternative_costs(
     """Compare the explanations without stiction.
 
     `period` is that of the oscillation [blocks], `sticky` the position of the most likely sticky valve [% of span].
-    Gives for each name in `ALTERNATIVES` minus twice its log likelihood [-]; twice the log likelihood ratio of the
+    Returns for each name in `ALTERNATIVES` minus twice its log likelihood [-]; twice the log likelihood ratio of the
     sticky valve over a good one with the same periodic load added to both [-], NaN where there is no period; and the
     ends of the most likely dead zone [% of span].
     """

@@ -76,7 +76,7 @@ def segment_estimates(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
     """S and evidence in `count` parts of the record, the rule and J / S being those of the whole record's `valve`.
 
-    ln S is tried up to `reach` either way. Gives the most likely S of each part [% of span], twice its log likelihood
+    ln S is tried up to `reach` either way. Returns the most likely S of each part [% of span], twice its log likelihood
     ratio over a good valve [-], and the first predicted block of each part with the end of the last.
     """
     sizes = valve.S * np.exp(np.linspace(-reach, reach, steps))

@@ -33,9 +33,9 @@ PER_PERIOD = 16.0
 DRAWS = 24
 """Draws of the fitted weights from which the interval of the gain margin is taken [-]."""
 S_GRID = np.geomspace(0.1, 30.0, 10)
-"""S for which the evidence is foretold [% of span]."""
+"""S for which the evidence is predicted [% of span]."""
 TYPICAL_JUMP = 0.3
-"""J over S of the valve for which it is foretold [-]."""
+"""J over S of the valve for which it is predicted [-]."""
 MIN_SCALE = 1e-9
 """Size of a regressor that does not move [-]."""
 RIDGE = 1e-8
@@ -200,7 +200,7 @@ def fit_response(
         _margin(blocks, plain, controller, dt),
         stem[0], stem[1], stem[2] * sign if sign else math.nan,
         wave_effect=_criterion(plain, beside, blocks.waves.size), wave_over_op=wave, load_size=inlet,
-        evidence=_foretold_evidence(blocks, op, found.linear, dt, beside),
+        evidence=_predicted_evidence(blocks, op, found.linear, dt, beside),
     )  # fmt: skip
 
 
@@ -270,7 +270,7 @@ MAX_LN_MARGIN = 3.0
 """Largest ln(gain margin) told apart [-]."""
 
 
-def _foretold_evidence(
+def _predicted_evidence(
     blocks: _Blocks, op: NDArray[np.float64], process: ProcessFit, dt: float, fit: _Fit
 ) -> NDArray[np.float64]:
     """Twice the log likelihood ratio that a sticky valve of each S would have over a good one, waves beside both [-].

@@ -30,8 +30,8 @@ def search_valve(coarse: Regression, fine: Regression, max_S: float) -> tuple[Ca
     """Find the most likely sticky valve.
 
     `coarse` is the record in few samples, for the grid, `fine` the one in all samples used; they may be the same. S is
-    `max_S` at most [% of span]: a stem that moves in both directions sticks by no more than the swing of OP. Gives all
-    valves compared on `fine`, and those of the first grid on `coarse`, in the order S, J / S, rule.
+    `max_S` at most [% of span]: a stem that moves in both directions sticks by no more than the swing of OP. Returns
+    all valves compared on `fine`, and those of the first grid on `coarse`, in the order S, J / S, rule.
     """
     S, ratio = first_grid(max_S)
     rules = np.array([0.0, 1.0])

@@ -25,8 +25,8 @@ def simplex_search(
 
     `error`: the function, of a point of shape (n_parameters,). `simplex`, of shape (n_parameters + 1, n_parameters):
     points to start from. `evaluations`: largest number of evaluations of the function [-]. `point_tolerance`,
-    `error_tolerance`: the search ends when all points and errors are as near to those of the best point. Gives the best
-    point, shape (n_parameters,), and its error.
+    `error_tolerance`: the search ends when all points and errors are as near to those of the best point. Returns the
+    best point, shape (n_parameters,), and its error.
 
     References
     ----------

@@ -36,8 +36,8 @@ def assess_loop_state(record: LoopRecord | Conditioned, *, min_share: float = 0.
     """Say whether the controller of a record moves the valve and the process answers.
 
     `record`: a record with OP and PV, or one that is ready for analysis. `min_share`: share of the record that must be
-    out of control for a state to hold for the record as a whole [-]. Gives the state over most of the record, with what
-    was measured, and the stretches in other states.
+    out of control for a state to hold for the record as a whole [-]. Returns the state over most of the record, with
+    what was measured, and the stretches in other states.
 
     A sample takes the first state that holds of: bad data, manual by the mode, shut in, PV frozen, valve not responding
     or not in command, saturated, manual by the signals. Signals that are swapped or unrelated concern the record as a

@@ -18,7 +18,7 @@ def find_bad_data(op: NDArray[np.float64], pv: NDArray[np.float64], *, max_gap: 
     """Mark the samples that cannot be used.
 
     `op`: controller output [% of span]; NaN is missing. `pv`: process variable [its unit]; NaN is missing. `max_gap`:
-    longest gap over which the last value may be held [samples]. Gives True in long gaps.
+    longest gap over which the last value may be held [samples]. Returns True in long gaps.
 
     Examples
     --------

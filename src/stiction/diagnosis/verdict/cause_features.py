@@ -140,8 +140,8 @@ def _sp_changes(found: CauseInput) -> float:
     return 0.0 if found.sp is None else math.log1p(int(np.count_nonzero(np.diff(found.sp))))
 
 
-def _foretold(found: CauseInput) -> float:
-    """ln(1 + evidence foretold of a sticky valve with S of 0.3 of OP's range)."""
+def _predicted(found: CauseInput) -> float:
+    """ln(1 + evidence predicted of a sticky valve with S of 0.3 of OP's range)."""
     evidence = found.response.evidence
     if evidence is None:
         return math.nan
@@ -228,8 +228,8 @@ CAUSE_FEATURES: tuple[CauseFeature, ...] = (
     _feature("op_range", "ln(range of OP)", "unseen stuck", lambda x: math.log(max(x.op_range, 1e-3)), "ln(% of span)"),
     _feature("linear_fit", "share of PV that a good valve explains in simulation", "unseen stuck",
              lambda x: x.identification.fit_linear, "%"),
-    _feature("foretold_at_swing", "ln(1 + evidence of a valve with S of 30 % of OP's range)", "unseen stuck",
-             _foretold),
+    _feature("predicted_at_swing", "ln(1 + evidence of a valve with S of 30 % of OP's range)", "unseen stuck",
+             _predicted),
 )  # fmt: skip
 """All features of the causes. LLR is twice the log likelihood ratio, BIC gain the gain of Schwarz's criterion."""
 

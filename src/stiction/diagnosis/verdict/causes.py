@@ -124,7 +124,7 @@ def is_stuck(features: Mapping[str, float]) -> bool:
 def find_detectable_S(features: Mapping[str, float], response: LoopResponse) -> float | None:
     """Find the smallest S for which 90 % of such records would not be called `no_stiction` [% of span].
 
-    None where no S would show, as where the stem may not have moved. The evidence of each S is foretold from the
+    None where no S would show, as where the stem may not have moved. The evidence of each S is predicted from the
     movement of OP, the process and the noise (`response`). It counts only where the trained model of an unseen valve,
     which asks whether OP moves PV at all, leaves little room for one.
     """

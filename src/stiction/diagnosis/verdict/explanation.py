@@ -34,7 +34,7 @@ CAUSE_ACTION = {
 }
 """What to do about each cause other than the valve."""
 OPEN_TEXT = {
-    "cause_unknown": "The cause of the oscillation is not in this record.",
+    "cause_unknown": "The record does not show the cause of the oscillation.",
     "valve_not_responding": "Something else moves PV, and PV does not respond to OP: the stem is probably stuck.",
 }
 """Findings that a test has to decide, as sentences."""

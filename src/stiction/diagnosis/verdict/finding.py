@@ -43,7 +43,7 @@ MIN_SAMPLES, MAX_SETTLING = 10.0, 600.0
 RAMP_TIMES = 5.0
 """Duration of a ramp over the time in which the process settles [-]."""
 NEXT_STEPS = {
-    "tuning": "Halve the controller gain for some periods: the oscillation dies out if tuning is the cause.",
+    "tuning": "Halve the controller gain for three periods: the oscillation dies out if tuning is the cause.",
     "follows": "Look at what moves the set point: its master loop, ratio station or operator.",
     "rate_limit": "Raise the rate limit of OP, or lower the gain until OP stays below it.",
     "backlash": "Move OP back and forth by twice the band in manual and watch the stem: play shows as lost motion.",

@@ -80,7 +80,7 @@ def describe_change(change: Change, unit: str = "%") -> str:
 
 
 def explain_need(found: OverTime) -> str:
-    """Say how much more data would decide; empty where there is a verdict or nothing to foretell."""
+    """Say how much more data would decide; empty where there is a verdict or nothing to predict."""
     judged = [one for one in found.windows if one.in_control]
     if found.verdict != "undecided" or not judged:
         return ""

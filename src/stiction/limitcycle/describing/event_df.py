@@ -86,7 +86,7 @@ def continuous_form_df(sb: float, lag: float, rate: float, amplitude, omega, sta
 
     `sb`, `lag`, `rate`: the valve, see `ContinuousValve` [% of span, % of span, % of span / s]. `amplitude`, `omega`,
     `start`, of shape (n,): amplitude [% of span] and frequency [rad/s] of the input, and the stem's rest position
-    before [% of span]. Gives `value`: N; `turns`: periods until two successive ones agreed; 64 when they never did.
+    before [% of span]. Returns `value`: N; `turns`: periods until two successive ones agreed; 64 when they never did.
     """
     n = amplitude.shape[0]
     real, imag, turns = np.empty(n), np.empty(n), np.empty(n, dtype=np.int64)

@@ -38,8 +38,8 @@ def discretise(A, B, C, D: float, dead_time: float, dt: float) -> Discrete:
     """Discretise x' = A x + B u(t - dead_time), y = C x + D u(t - dead_time) exactly for held inputs.
 
     `A`, `B`, `C`, of shape (n, n): state space of the process without its dead time. `dead_time`, `dt`: dead time and
-    sampling period [s]. Gives the matrices and the whole samples of delay. Raises ParameterError when the dead time has
-    too many samples (`errors.require_samples`).
+    sampling period [s]. Returns the matrices and the whole samples of delay. Raises ParameterError when the dead time
+    has too many samples (`errors.require_samples`).
 
     A dead time of n samples and a fraction f splits a sample in two: for f dt the input is still the
     older one, for the rest it is the newer one. Both integrals of exp(A t) B are taken exactly.

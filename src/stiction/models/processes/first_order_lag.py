@@ -30,7 +30,7 @@ def first_order_lag(
 
     `x`: one signal, or one in each row. `keep`: share of the last value that remains after a sample, exp(-dt / lag)
     [-]. `new`: weight of the new value [-]; by default 1 - keep, which gives unit gain. `start`, of shape (n_signals,):
-    value before the first sample [unit of x]. Gives the signal behind the lag, of the shape of `x`.
+    value before the first sample [unit of x]. Returns the signal behind the lag, of the shape of `x`.
 
     Examples
     --------

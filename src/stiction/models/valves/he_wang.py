@@ -30,7 +30,7 @@ def overshoot_factor(damping_ratio: float) -> float:
     A mass that slips against constant friction overshoots its balance as the step response of mass, spring and
     damper does: :math:`K = 1 + \exp(-\pi\zeta / \sqrt{1 - \zeta^2})`, and 1 where :math:`\zeta \ge 1`.
 
-    `damping_ratio`: damping ratio of mass, spring and viscous friction [-]. Gives K [-], from 1 to 2.
+    `damping_ratio`: damping ratio of mass, spring and viscous friction [-]. Returns K [-], from 1 to 2.
 
     Examples
     --------

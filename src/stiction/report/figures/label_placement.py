@@ -28,7 +28,7 @@ def place_labels(names: Sequence[str], at: Sequence[tuple[float, float]]) -> lis
     """Place each name next to its point, where it covers no point and no other name, or as little as possible.
 
     `names`: Names; marks such as <b> take no room. `at`: points from the lower left corner of `PLOT_SIZE_PX` [px].
-    Gives text and position of each point, as plotly names positions; a point that shares the text of another has no
+    Returns text and position of each point, as plotly names positions; a point that shares the text of another has no
     text.
 
     Examples

@@ -184,7 +184,7 @@ def why_not_cheaper(trial: CompensationTrial) -> list[str]:
         elif one.improvement <= 0.0:
             why = "does not lower the PV deviation"
         else:
-            why = "what it does on the plant cannot be foretold well enough from one record"
+            why = "what it does on the plant cannot be predicted well enough from one record"
         lines.append(f"{one.name[0].upper()}{one.name[1:]} costs less but {why}.")
     return lines
 

@@ -103,7 +103,7 @@ def draw_layout(rng: np.random.Generator, *, units: int = 4, steady: bool = Fals
     """Draw the loops of a plant, two sources of oscillation, and the paths on which these spread.
 
     `rng`: source of random numbers. `units`: units, 14 loops each [-]. `steady`: draw the same plant with ideal valves
-    and with a stable gain of the second source. Gives the plant: a sticky valve and a loop with too high a gain whose
+    and with a stable gain of the second source. Returns the plant: a sticky valve and a loop with too high a gain whose
     oscillations spread, a level loop with too short an integral time, a sticky valve that disturbs no other loop, a
     frozen transmitter, a loop in manual, and one at its output limit.
 

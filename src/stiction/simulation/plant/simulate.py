@@ -89,8 +89,8 @@ def simulate_plant(seed: int = 0, *, hours: float = 6.0, dt: float = 5.0, units:
     """Simulate a plant in which two oscillations spread from loop to loop.
 
     `seed`: seed of the plant: loops, sources, paths, loads and noise. `hours`: length of the records [h]. `dt`:
-    sampling period [s]; at most 10. `units`: units of 14 loops each; at least 4 [-]. Gives records and faults. A sticky
-    valve and a loop with too high a gain are the sources of the two groups. Also, a level loop has too short an
+    sampling period [s]; at most 10. `units`: units of 14 loops each; at least 4 [-]. Returns records and faults. A
+    sticky valve and a loop with too high a gain are the sources of the two groups. Also, a level loop has too short an
     integral time, a sticky valve disturbs no other loop, a transmitter is frozen, a loop is in manual, and one rests at
     its output limit. Raises ParameterError when a number is outside its limits.
 

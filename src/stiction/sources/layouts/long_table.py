@@ -33,7 +33,7 @@ _TEXTS = ("owner", "tag", "unit", "description")
 def find_long_columns(names: Sequence[str], sample: Sequence[Sequence[str]] = (), decimal: str = ".") -> dict[str, int]:
     """Find the columns of a long table: tag, value, and where there are some owner, unit and description.
 
-    Gives positions by what a column holds, else nothing. Where no heading tells, the tags are names of signals in
+    Returns positions by what a column holds, else nothing. Where no heading tells, the tags are names of signals in
     `sample`, the first rows, and the first numbers are the values. The owner is the loop of a tag that names a signal.
 
     >>> find_long_columns(["Tag", "Attribute", "When", "Value"], [["FIC-1", "PV", "2026-02-01 10:00", "3.5"]])
