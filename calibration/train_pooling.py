@@ -38,8 +38,7 @@ PENALTY = 2.0
 """Weight of the squared coefficients [-]."""
 FOLDS = 8
 """Folds of the cross-validation [-]."""
-SIGNS = {"for": 1.0, "against_shown": 1.0, "against_unshown": 1.0, "valve_cause": 1.0, "spread": -1.0,
-         "over_deadband": 1.0, "size": 1.0}  # fmt: skip
+SIGNS = {"spread": -1.0, "over_deadband": 1.0, "size": 1.0}
 """Features whose coefficient may have one sign only."""
 
 

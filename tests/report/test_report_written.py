@@ -347,3 +347,14 @@ def test_a_rejected_valve_has_no_dimensions():
     assert "not accepted by the verdict" in good.caption
     assert [trace["name"] for trace in good.plot["data"]] == ["good valve", "sticky valve"]
     assert not good.plot["layout"]["shapes"]
+
+
+def test_icon_and_headline_follow_the_finding_not_the_verdict_on_the_valve():
+    causes = OscillationCause(tuning=0.95)
+    tight = diagnosis(verdict="undecided", probability=0.01, oscillation_cause=causes)
+    assert (tight.finding, labels.finding_icon(tight)) == ("tuning", "alert")
+    assert labels.headline(tight) == "Controller tuning; a sticky valve would not show in this record"
+    open_question = replace(tight, probability=0.5)
+    assert labels.headline(open_question) == "Controller tuning; cannot tell whether the valve sticks"
+    load = diagnosis(verdict="no_stiction", oscillation_cause=OscillationCause(external=0.95))
+    assert (load.finding, labels.finding_icon(load)) == ("external", "unknown")

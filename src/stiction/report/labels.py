@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 
 from stiction.diagnosis.identification.result import MAX_PLAY_RATIO
 from stiction.diagnosis.loop_state import HEADLINES
+from stiction.diagnosis.verdict.decision import decide
 from stiction.display.duration_format import format_duration, format_time, time_unit
-from stiction.display.finding_words import FINDINGS
+from stiction.display.finding_words import FINDINGS, finding_level
 from stiction.display.number_format import count_noun, format_interval, format_number, format_probability
 
 if TYPE_CHECKING:
@@ -186,19 +187,19 @@ def headline(diagnosis: Diagnosis) -> str:
 def _valve_text(diagnosis: Diagnosis) -> str:
     """What is said of the valve beside the finding."""
     if diagnosis.verdict == "undecided":
-        return "cannot tell whether the valve sticks"
+        hidden = decide(diagnosis.probability, diagnosis.costs) == "no_stiction"  # but a sticky valve would not show
+        return "a sticky valve would not show in this record" if hidden else "cannot tell whether the valve sticks"
     S = diagnosis.S_detectable
     above = "" if S is None else f" above S\u00a0=\u00a0{S:.1f}\u00a0{diagnosis.record.op_unit_short}"
     return f"the valve {diagnosis.grade}{above}"
 
 
 def finding_icon(diagnosis: Diagnosis) -> StatusIcon:
-    """Return the icon of a finding: good only where nothing is wrong, whatever the verdict on the valve."""
-    if diagnosis.verdict != "no_stiction":
-        return VERDICT_ICONS[diagnosis.verdict]
-    if diagnosis.finding in ("nothing_found", "follows"):
+    """Return the icon of a finding, as urgent as in the tables of an audit: unknown where the fault is elsewhere."""
+    if diagnosis.finding == "follows":
         return "good"
-    return "unknown" if diagnosis.finding == "cause_unknown" else "alert"
+    level = finding_level(diagnosis.finding)
+    return "unknown" if level == "plain" else level
 
 
 def cause_title(diagnosis: Diagnosis) -> str:

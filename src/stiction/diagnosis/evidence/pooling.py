@@ -29,20 +29,8 @@ if TYPE_CHECKING:
 
 __all__ = ["POOLED_FEATURES", "Pooled", "WindowTable", "pool_windows", "pooled_features", "pooled_log_odds", "tabulate"]
 
-POOLED_FEATURES = (
-    "constant",
-    "for",
-    "against_shown",
-    "against_unshown",
-    "valve_cause",
-    "unshown",
-    "spread",
-    "over_deadband",
-    "size",
-)
+POOLED_FEATURES = ("constant", "unshown", "spread", "over_deadband", "size")
 """Names of the pooled features, in the order of the model's coefficients."""
-MAX_EVIDENCE = 6.0
-"""Largest evidence of one window that is believed [-]."""
 MAX_SPREAD = 1.5
 """Largest standard deviation of ln S between windows that counts [-]."""
 DEADBAND_RANGE = (-1.0, 3.0)
@@ -115,19 +103,16 @@ def tabulate(windows: Sequence[Window]) -> WindowTable:
 def pooled_features(table: WindowTable) -> NDArray[np.float64]:
     """Means over windows that the model takes, shape (n_features,) [-]; see `POOLED_FEATURES`.
 
-    Evidence against a sticky valve counts by itself where a sticky valve would have shown, and where it would not. The
-    spread of ln S between windows is small of a valve that sticks. Size and spread weigh windows by their evidence.
+    `unshown` is the share of windows in which a sticky valve would not have shown. The spread of ln S between windows
+    is small of a valve that sticks. Size and spread weigh windows by their evidence.
     """
-    e = np.clip(table.evidence, -MAX_EVIDENCE, MAX_EVIDENCE)
-    against = np.minimum(e, 0.0)
     values, _, relevance = _errors(table)
     size = float(relevance @ values) / relevance.sum()
     spread = min(float(np.sqrt(relevance @ (values - size) ** 2 / relevance.sum())), MAX_SPREAD)
     return np.array(
         [
-            1.0, np.maximum(e, 0.0).mean(), (against * table.shown).mean(), (against * ~table.shown).mean(),
-            table.valve_cause.mean(), 1.0 - table.shown.mean(), spread,
-            np.clip(table.over_deadband, *DEADBAND_RANGE).mean(), np.clip(size, *np.log(SIZE_RANGE)),
+            1.0, 1.0 - table.shown.mean(), spread, np.clip(table.over_deadband, *DEADBAND_RANGE).mean(),
+            np.clip(size, *np.log(SIZE_RANGE)),
         ]
     )  # fmt: skip
 
