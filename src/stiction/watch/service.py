@@ -287,7 +287,8 @@ class Watch:
         sources = {
             one.settings.address: {
                 "connected": one.is_current, "failure": one.failure, "warning": one.warning, "tags": len(one.nodes),
-                "refused": dict(list(one.refused.items())[:20]), "last_message": one.last_message, **one.counts,
+                "refused": dict(list((one.refused | one.missing).items())[:20]), **one.counts,
+                "last_message": one.last_message,
             }
             for one in self.collectors
         }  # fmt: skip
