@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiction.errors import RecordError, StictionError
+from stiction.errors import StictionError
 from stiction.sources.historians.address import parse_address
 from stiction.sources.historians.opc_ua_connection import connect, connection_error
 from stiction.sources.historians.opc_ua_history import raw_value, read_pages
@@ -127,19 +127,15 @@ class Collector:
                 await client.check_connection()
                 await asyncio.sleep(CHECK_S)
                 if time.monotonic() > checked + TAGS_CHECK_S:
-                    await self._check_tags(client)
-                    checked = time.monotonic()
+                    before, checked = self.missing, time.monotonic()
+                    self.missing = await missing_nodes(client, self.nodes)
+                    if before.keys() - self.missing.keys():
+                        return  # a tag is back: its subscription ended when it went, so connect again
                 if self._lost_values:
                     self._lost_values = False
                     self._open_hole()
                     await self._fill(client)
                     self._must_close_hole = True
-
-    async def _check_tags(self, client: Any) -> None:
-        """Note which tags are gone; end the connection when one is back, as its subscription ended with it."""
-        before, self.missing = self.missing, await missing_nodes(client, self.nodes)
-        if back := sorted(before.keys() - self.missing.keys()):
-            raise RecordError(f"has {back[0]} again; connecting again.", where=self.address.url)
 
     async def _find_tags(self) -> None:
         """Find the tags of the loops, once; those of the last time where the server does not answer."""

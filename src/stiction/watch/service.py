@@ -279,8 +279,7 @@ class Watch:
 
     async def _status(self) -> None:
         self._note_status()
-        if watchdog_interval() is not None:
-            notify_systemd("WATCHDOG=1")
+        notify_systemd("WATCHDOG=1")
 
     def _note_status(self) -> None:
         """Note the state of sources and windows for pages and metrics."""
