@@ -25,13 +25,13 @@ def _own_settings(tmp_path, monkeypatch):
     monkeypatch.setenv("STICTION_CONFIG", str(tmp_path / "settings"))
 
 
-def make(folder, plant, begin):
+def make(folder, plant, begin, **settings):
     (folder / "samples").mkdir(exist_ok=True)
     store = WatchStore(folder)
     samples = SampleFiles(folder / "samples", LENGTH_S)
     samples.mend()
-    settings = SourceSettings(address=plant.url, publishing="0.2s")
-    return Collector(settings, samples, store, max(begin, store.last_window_end())), store
+    chosen = SourceSettings(address=plant.url, publishing="0.2s", **settings)
+    return Collector(chosen, samples, store, max(begin, store.last_window_end())), store
 
 
 def kept(plant) -> dict[str, list[tuple[int, float, int]]]:
