@@ -97,7 +97,7 @@ async def missing_nodes(client: Client, nodes: Sequence[str]) -> dict[str, str]:
     for chunk in chunks(nodes, ITEMS_PER_CALL):
         read = [client.get_node(node) for node in chunk]
         results = await client.read_attributes(read, ua.AttributeIds.NodeClass)
-        missing |= {
-            node: one.StatusCode.name for node, one in zip(chunk, results, strict=True) if not one.StatusCode.is_good()
-        }
+        for node, one in zip(chunk, results, strict=True):
+            if one.StatusCode is not None and not one.StatusCode.is_good():
+                missing[node] = one.StatusCode.name
     return missing
