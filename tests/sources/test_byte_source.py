@@ -20,6 +20,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stiction.errors import RecordError
+from stiction.scratch import OWNER_LOCK, RUN_VARIABLE
 from stiction.sources.byte_source import HEAD_BYTES, open_sources
 from stiction.sources.options import ReadOptions
 
@@ -45,10 +46,11 @@ def opened(data, **options):
 
 @pytest.fixture
 def scratch(tmp_path, monkeypatch):
-    """The folder in which temporary files are made; it must be empty at the end."""
+    """The folder of temporary files, with a run folder of its own; it must hold no files but its lock at the end."""
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setenv(RUN_VARIABLE, "")
     yield tmp_path
-    assert list(tmp_path.iterdir()) == []
+    assert [path.name for path in tmp_path.rglob("*") if path.is_file()] in ([], [OWNER_LOCK])
 
 
 @pytest.mark.parametrize(

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import gzip
 import zipfile
-from contextlib import contextmanager
 from pathlib import PurePosixPath
 from typing import TYPE_CHECKING, Any
 
 from stiction.errors import RecordError, Setting
-from stiction.foreign_errors import data_error
+from stiction.foreign_errors import damage_refused
 from stiction.sources.options import MAX_RATIO
 
 if TYPE_CHECKING:
@@ -61,7 +60,7 @@ def inflate(
         return [("", _write(_zstd_chunks(path), make_folder() / f"{path.name}.inflated", limit))]
     if not head.startswith((_ZIP, _EMPTY_ZIP)):
         return None
-    with _damage_refused(limit.name), zipfile.ZipFile(path) as archive:
+    with damage_refused(limit.name), zipfile.ZipFile(path) as archive:
         members = [member for member in archive.infolist() if _is_data_file(member)]
         declared = ByteLimit(limit.name, limit.max_bytes, limit.compressed)
         for member in members:
@@ -84,7 +83,7 @@ def inflate(
 
 def _write(chunks: Iterator[bytes], path: Path, limit: ByteLimit) -> Path:
     """Write decompressed bytes into a file, counted."""
-    with _damage_refused(limit.name), open(path, "wb") as file:
+    with damage_refused(limit.name), open(path, "wb") as file:
         for chunk in chunks:
             limit.add(len(chunk))
             file.write(chunk)
@@ -110,20 +109,6 @@ def _zstd_chunks(path: Path) -> Iterator[bytes]:
                 data = frame.unused_data if frame.eof else b""
     if not frame.eof:
         raise EOFError("it ends within a frame")
-
-
-@contextmanager
-def _damage_refused(name: str) -> Iterator[None]:
-    """Say that a compressed file is damaged, instead of any error of its library."""
-    try:
-        yield
-    except RecordError:
-        raise
-    except Exception as error:
-        if isinstance(error, (OSError, MemoryError)) and (known := data_error(error, name)):
-            raise known from None
-        reason = str(error).rstrip(".") or type(error).__name__
-        raise RecordError(f"is damaged or cut off ({reason}); copy or export it again.", where=name) from None
 
 
 def _is_data_file(member: zipfile.ZipInfo) -> bool:

@@ -6,8 +6,10 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+from stiction.errors import RecordError
+
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable, Iterable, Sequence
 
     import numpy as np
     import polars as pl
@@ -15,7 +17,7 @@ if TYPE_CHECKING:
 
     from stiction.sources.time.stamps import Stamps
 
-__all__ = ["SNIFF_ROWS", "Clock", "Origin", "RawTable", "TagColumn"]
+__all__ = ["SNIFF_ROWS", "Clock", "Origin", "RawTable", "TagColumn", "find_column"]
 
 SNIFF_ROWS = 200
 """Rows from which the form of a table is recognised [-]."""
@@ -156,3 +158,21 @@ class TagColumn:
     def cells(self) -> pl.Series:
         """The cells, shape (n_rows,)."""
         return self.load()
+
+
+def find_column(
+    wanted: str | int, names: Sequence[str], positions: Sequence[int | None], last: int, what: str, where: str
+) -> int:
+    """Find the place of a column that the user names, by its name or else its position, of which `last` is the largest.
+
+    Raises RecordError, with the signal as `what` and the file as `where`, when there is none.
+    """
+    text = str(wanted).strip().upper()
+    by_name = (k for k, name in enumerate(names) if isinstance(wanted, str) and name.strip().upper() == text)
+    by_number = (k for k, position in enumerate(positions) if text == str(position))
+    if (place := next(by_name, next(by_number, None))) is not None:
+        return place
+    if text.lstrip("-").isdigit():
+        raise RecordError(f"has no column {text} for {what}; they are numbered 0 to {last}.", where=where)
+    shown = ", ".join(filter(None, names[:20])) or "none, as the file has no header: give a number from 0"
+    raise RecordError(f"has no column {wanted!r} for {what}; its columns are {shown}.", where=where)

@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import json
 from ast import literal_eval
-from contextlib import contextmanager
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import polars as pl
 
 from stiction.errors import RecordError, Setting
-from stiction.foreign_errors import damaged
+from stiction.foreign_errors import damage_refused
 from stiction.sources.table import SNIFF_ROWS, Origin, RawTable
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
 
-__all__ = ["damage_refused", "join_levels", "make_series", "typed_table"]
+__all__ = ["join_levels", "make_series", "typed_table"]
 
 MAX_SAMPLED_CELLS = 4000
 """Cells in the sample of a wide table [-]."""
@@ -81,19 +80,6 @@ def typed_table(
     return RawTable(
         origin, header, sample, len(names), read, notes=list(notes), metadata=metadata or {}, count_rows=count_rows
     )
-
-
-@contextmanager
-def damage_refused(name: str) -> Iterator[None]:
-    """Turn what polars says about damaged data into a `RecordError` that names the file."""
-    from polars.exceptions import PanicException, PolarsError
-
-    try:
-        yield
-    except RecordError:
-        raise
-    except (PolarsError, PanicException, OSError, ValueError, OverflowError) as error:
-        raise damaged(name, error) from None
 
 
 def make_series(cells: Sequence[Any]) -> pl.Series:

@@ -10,7 +10,7 @@ import numpy as np
 import polars as pl
 
 from stiction.errors import MissingExtraError, RecordError
-from stiction.foreign_errors import damaged
+from stiction.foreign_errors import damage_refused, damaged
 from stiction.sources.compression import ByteLimit
 from stiction.sources.memory import require_memory
 from stiction.sources.table import Origin
@@ -124,10 +124,8 @@ def _load(source: ByteSource, options: ReadOptions) -> dict[str, Any]:
     from scipy.io import loadmat
 
     _require_sound(source, options)
-    try:
+    with damage_refused(source.origin.name, REMEDY):
         stored = loadmat(source.path, simplify_cells=True)
-    except Exception as error:  # scipy raises many kinds on damaged files, even UnboundLocalError
-        raise damaged(source.origin.name, error, REMEDY) from None
     return {key: value for key, value in stored.items() if not key.startswith("__")}
 
 
@@ -143,16 +141,11 @@ def _load_hdf5(source: ByteSource, options: ReadOptions) -> dict[str, Any]:
         ) from None
     from stiction.sources.formats.matlab_hdf5 import read_group
 
-    try:
-        with h5py.File(source.path, "r") as file:
-            sizes: list[int] = []
-            file.visititems(lambda _, item: sizes.append(8 * (getattr(item, "size", 0) or 0)))
-            require_memory(sum(sizes), options.max_memory, source.origin.name)
-            return read_group(file, source.origin.name, source.max_bytes)
-    except RecordError:
-        raise
-    except (OSError, LookupError, ValueError, RuntimeError, TypeError, OverflowError) as error:
-        raise damaged(source.origin.name, error, REMEDY) from None
+    with damage_refused(source.origin.name, REMEDY), h5py.File(source.path, "r") as file:
+        sizes: list[int] = []
+        file.visititems(lambda _, item: sizes.append(8 * (getattr(item, "size", 0) or 0)))
+        require_memory(sum(sizes), options.max_memory, source.origin.name)
+        return read_group(file, source.origin.name, source.max_bytes)
 
 
 def _require_sound(source: ByteSource, options: ReadOptions) -> None:
@@ -171,14 +164,12 @@ def _require_sound(source: ByteSource, options: ReadOptions) -> None:
             limit.add(size if kind == 14 else 0)
             data, inflater = file.read(size), zlib.decompressobj()
             if kind == 15:
-                try:
+                with damage_refused(source.origin.name, REMEDY):
                     pieces = [inflater.decompress(data, 1 << 20)]
                     while inflater.unconsumed_tail:
                         limit.add(len(pieces[-1]))
                         require_memory(limit.size, options.max_memory, source.origin.name)
                         pieces.append(inflater.decompress(inflater.unconsumed_tail, 1 << 20))
-                except zlib.error as error:
-                    raise damaged(source.origin.name, error, REMEDY) from None
                 data = b"".join(pieces)[8:]  # without the tag of the variable
             if not _has_valid_tags(memoryview(data), order):
                 raise damaged(source.origin.name, ValueError("a variable holds data of unknown type or size"), REMEDY)

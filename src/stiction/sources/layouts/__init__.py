@@ -31,12 +31,8 @@ __all__ = ["LAYOUTS", "Layout", "read_layout", "register_layout"]
 class Layout(Protocol):
     """A page, or any object, that reads one layout."""
 
-    def recognises(self, table: RawTable, options: ReadOptions) -> bool:
-        """Whether this layout can read the table."""
-        ...
-
-    def read(self, table: RawTable, options: ReadOptions) -> list[TagColumn]:
-        """Give the columns of the table that are not time."""
+    def read(self, table: RawTable, options: ReadOptions) -> list[TagColumn] | None:
+        """Give the columns of the table that are not time; None where it has another layout."""
         ...
 
 
@@ -45,7 +41,7 @@ LAYOUTS: list[Layout] = [tags_in_rows, stacked_tags, time_value_pairs, stacked_l
 
 
 def register_layout(layout: Layout) -> None:
-    """Add a layout, a module or object with ``recognises`` and ``read``; it is tried before all others.
+    """Add a layout, a module or object with ``read``; it is tried before all others.
 
     Examples
     --------
@@ -62,8 +58,8 @@ def read_layout(tables: Sequence[RawTable], options: ReadOptions) -> list[TagCol
     columns: list[TagColumn] = []
     for table in _join_pieces([table for table in tables if table.width]):
         table = take_averages(table, options)
-        layout = next(layout for layout in LAYOUTS if layout.recognises(table, options))
-        columns += layout.read(table, options)
+        found = (layout.read(table, options) for layout in LAYOUTS)
+        columns += next(one for one in found if one is not None)
     return columns
 
 

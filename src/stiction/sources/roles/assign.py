@@ -21,6 +21,7 @@ from stiction.sources.roles.loop_roles import (
 from stiction.sources.roles.map_file import apply_map
 from stiction.sources.roles.pair_groups import pair_by_description, pair_by_letters, parse_instrument_tag
 from stiction.sources.roles.vocabulary import INDEX_WORDS, loop_type_of
+from stiction.sources.table import find_column
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -66,19 +67,11 @@ def assign_roles(
 
 def _choose_column(role: str, name: str | int, columns: Sequence[TagColumn]) -> TagColumn:
     """Find the column that the user names for a role, by its name or by its number (from 0)."""
-    source, text = columns[0].table.origin.name, str(name).strip()
     if role not in ROLES:
         raise ParameterError(f"{role!r} is not a signal; name columns for time, {', '.join(ROLES)}.")
-    by_name = (c for c in columns if isinstance(name, str) and c.name.strip().upper() == text.upper())
-    by_number = (c for c in columns if text == str(c.position))
-    if column := next(by_name, None) or next(by_number, None):
-        return column
-    if text.lstrip("-").isdigit():
-        last = columns[0].table.width - 1
-        raise RecordError(f"has no column {text} for {role.upper()}; they are numbered 0 to {last}.", where=source)
-    names = ", ".join(column.name for column in columns[:MAX_LISTED] if column.name)
-    shown = names or "none, as the file has no header: give a number from 0"
-    raise RecordError(f"has no column {name!r} for {role.upper()}; its columns are {shown}.", where=source)
+    names, positions = [column.name for column in columns], [column.position for column in columns]
+    table = columns[0].table
+    return columns[find_column(name, names, positions, table.width - 1, role.upper(), table.origin.name)]
 
 
 def _put_chosen(chosen: dict[str, TagColumn], groups: list[TagGroup]) -> TagGroup | None:
