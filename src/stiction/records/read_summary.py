@@ -11,12 +11,12 @@ import numpy as np
 
 from stiction.display.duration_format import format_seconds, format_time
 from stiction.display.json_form import Result
-from stiction.display.number_format import count_noun
+from stiction.display.number_format import count_noun, list_first
 from stiction.records.gaps import missing_mask
 from stiction.records.runs import run_lengths, runs
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable
 
     from stiction.records.record import LoopRecord
 
@@ -86,9 +86,9 @@ class LoopSummary:
         ]
         if self.bad_values:
             kinds = [f"{n} x {kind!r}" for kind, n in Counter(self.bad_values).most_common()]
-            lines.append(f"  bad values: {_first(kinds, MAX_BAD_VALUES)}")
+            lines.append(f"  bad values: {list_first(kinds, MAX_BAD_VALUES)}")
         if self.unused_columns:
-            lines.append(f"  not used: {_first(self.unused_columns, MAX_UNUSED)}")
+            lines.append(f"  not used: {list_first(self.unused_columns, MAX_UNUSED)}")
         return "\n".join(lines)
 
 
@@ -140,16 +140,10 @@ def summarise(records: Iterable[LoopRecord]) -> ReadSummary:
     return ReadSummary(
         tuple(_loop_summary(record) for record in records),
         tuple(
-            text if len(of) == len(records) else f"{_first(list(dict.fromkeys(of)), MAX_LOOPS)}: {text}"
+            text if len(of) == len(records) else f"{list_first(list(dict.fromkeys(of)), MAX_LOOPS)}: {text}"
             for text, of in owners.items()
         ),
     )
-
-
-def _first(texts: Sequence[str], most: int) -> str:
-    """List the first texts, and say how many more there are."""
-    more = f" and {len(texts) - most} more" if len(texts) > most else ""
-    return ", ".join(texts[:most]) + more
 
 
 def _loop_summary(record: LoopRecord) -> LoopSummary:

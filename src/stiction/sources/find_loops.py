@@ -16,7 +16,7 @@ from stiction.sources.historians.address import is_historian_url
 from stiction.sources.join_files import complete_loops, join_same_tags
 from stiction.sources.loops import Loops, SourceFailure, time_positions
 from stiction.sources.options import ReadOptions
-from stiction.sources.roles.assign import assign_roles
+from stiction.sources.roles.assign import assign_roles, choose_loops
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -99,10 +99,13 @@ def _find_in_files(paths: list[Any], options: ReadOptions, rows: Sequence[MapRow
     loops = join_same_tags([*loops, *more])
     stored = [file for file in files if file.stored]
     failures = _list_failures(files, loops)
-    if options.tag is not None:
-        loops, stored = _choose(loops, stored, options.tag, files[0].name)
-    elif not loops and not stored:
+    if not loops and not stored:
         raise _nothing_read(failures, refusal, [file.name for file in incomplete])
+    if options.tag is not None:
+        others = [tag for file in stored if file.stored for tag in file.stored.tags]
+        loops = choose_loops(loops, options, files[0].name, others)
+        for file in stored:
+            file.stored = file.stored and file.stored.select(options.tag)
     positions = {table: known for file in files for table, known in time_positions(file.columns).items()}
     together = _files_together(files, loops, incomplete) + [
         (source_name(file.path),) for file in stored for _ in (file.stored.tags if file.stored else ())
@@ -165,11 +168,8 @@ def _open_stored_records(source: ByteSource, options: ReadOptions) -> StoredReco
     stored = open_records(source.path, keep=source)
     if stored is None or options.tag is None:
         return stored
-    if (chosen := stored.select(options.tag)).tags:
-        return chosen
-    raise RecordError(
-        f"has no loop {options.tag!r}; give one of {', '.join(stored.tags[:10])}.", where=source.origin.name
-    )
+    choose_loops([], options, source.origin.name, stored.tags)
+    return stored.select(options.tag)
 
 
 def _in_one_zone(
@@ -227,21 +227,6 @@ def _files_together(files: list[_File], loops: list[LoopRoles], pool: list[_File
         merged = [one for one in merged if not one & group] + [group.union(*alike)]
     whole = {name: group for group in merged for name in group}
     return [tuple(sorted(whole[next(iter(group))], key=place.__getitem__)) for group in groups]
-
-
-def _choose(loops: list[LoopRoles], stored: list[_File], tag: str, source: str) -> tuple[list[LoopRoles], list[_File]]:
-    """Choose the loop that the user asks for; a single loop without a tag takes any."""
-    if len(loops) == 1 and not stored and not loops[0].tag:
-        return loops, stored
-    names = [loop.tag or loop.roles["op"].table.origin.stem for loop in loops]
-    chosen = [loop for loop, name in zip(loops, names, strict=True) if name.casefold() == tag.casefold()]
-    files = [file for file in stored if file.stored and file.stored.select(tag).tags]
-    for file in files:
-        file.stored = file.stored and file.stored.select(tag)
-    if not chosen and not files:
-        names += [name for file in stored if file.stored for name in file.stored.tags]
-        raise RecordError(f"has no loop {tag!r}; its loops are {', '.join(names[:MAX_LISTED])}.", where=source)
-    return chosen, files
 
 
 def _nothing_read(failures: list[SourceFailure], refusal: RecordError | None, pool: list[str]) -> StictionError:

@@ -14,9 +14,9 @@ from stiction.foreign_errors import damage_refused
 from stiction.sources.table import SNIFF_ROWS, Origin, RawTable
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
-__all__ = ["join_levels", "make_series", "typed_table"]
+__all__ = ["join_levels", "make_series", "stack_series", "typed_table"]
 
 MAX_SAMPLED_CELLS = 4000
 """Cells in the sample of a wide table [-]."""
@@ -88,6 +88,14 @@ def make_series(cells: Sequence[Any]) -> pl.Series:
         return pl.Series(cells, strict=False)
     except (pl.exceptions.PolarsError, TypeError, ValueError, OverflowError):
         return pl.Series([None if cell is None else str(cell) for cell in cells], dtype=pl.String)
+
+
+def stack_series(parts: Iterable[pl.Series]) -> pl.Series:
+    """Put parts of a column under each other; of several types they are numbers where all are, else text."""
+    parts = list(parts)
+    types = {part.dtype for part in parts} - {pl.Null}
+    both = pl.Float64 if all(dtype.is_numeric() for dtype in types) else pl.String
+    return pl.concat([part.cast(next(iter(types)) if len(types) == 1 else both) for part in parts])
 
 
 def join_levels(name: Any) -> str:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import polars as pl
 
+from stiction.display.number_format import list_first
 from stiction.sources.layouts import (
     long_table,
     one_tag,
@@ -38,6 +39,8 @@ class Layout(Protocol):
 
 LAYOUTS: list[Layout] = [tags_in_rows, stacked_tags, time_value_pairs, stacked_loops, long_table, one_tag, wide]
 """Layouts in the order in which they are tried; the last one reads every table."""
+MAX_LISTED = 5
+"""Tables that a note names [-]."""
 
 
 def register_layout(layout: Layout) -> None:
@@ -82,8 +85,7 @@ def _join(tables: Sequence[RawTable]) -> RawTable:
         frames = [pl.DataFrame(table.reader(positions).get_columns(), schema=names) for table in tables]
         return pl.concat(frames, how="vertical_relaxed")
 
-    shown = ", ".join(table.origin.name for table in tables[:5])
-    more = f" and {len(tables) - 5} more" if len(tables) > 5 else ""
-    note = f"{len(tables)} tables with the same headings were joined in this order: {shown}{more}."
+    shown = list_first([table.origin.name for table in tables], MAX_LISTED)
+    note = f"{len(tables)} tables with the same headings were joined in this order: {shown}."
     notes = [*dict.fromkeys(text for table in tables for text in table.notes), note]
     return replace(tables[0], reader=read, notes=notes, _columns={})

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from stiction.sources.roles.map_file import MapRow
     from stiction.sources.table import TagColumn
 
-__all__ = ["assign_roles"]
+__all__ = ["assign_roles", "choose_loops"]
 
 MAX_LISTED = 20
 """Names in a message [-]."""
@@ -46,7 +46,7 @@ def assign_roles(
     if map_rows is not None:
         loops = apply_map(columns, map_rows)
         _name_unused(columns, loops, None)
-        return _choose_loop(loops, options, source)
+        return choose_loops(loops, options, source)
     chosen = {role: _choose_column(role, name, columns) for role, name in options.columns.items() if role != "time"}
     groups, bare = group_columns([column for column in columns if column not in chosen.values()])
     wanted = _put_chosen(chosen, groups)
@@ -62,7 +62,7 @@ def assign_roles(
         wanted = next(group for group in groups if set(chosen.values()) & set(group.all_columns()))
         wanted = _join_only_loop(wanted, groups)
     shorten_block_tags(groups)
-    return _choose_loop(_make_loops(columns, groups, wanted, options.tag or "", source), options, source)
+    return choose_loops(_make_loops(columns, groups, wanted, options.tag or "", source), options, source)
 
 
 def _choose_column(role: str, name: str | int, columns: Sequence[TagColumn]) -> TagColumn:
@@ -178,14 +178,21 @@ def _number_flags(group: TagGroup) -> dict[str, TagColumn]:
     return {role if k == 1 else f"{role} {k}": column for role, k, column in pairs}
 
 
-def _choose_loop(loops: list[LoopRoles], options: ReadOptions, source: str) -> list[LoopRoles]:
-    """Pick the loop that the user asks for; a single loop without a tag takes any."""
-    if options.tag is None or (len(loops) == 1 and not loops[0].tag):
+def choose_loops(
+    loops: list[LoopRoles], options: ReadOptions, source: str, others: Sequence[str] = ()
+) -> list[LoopRoles]:
+    """Pick the loops that the user asks for, or none where one of the `others` has the tag.
+
+    A single loop without a tag takes any; of several, each is called after its file. Raises RecordError when none is
+    the wanted one.
+    """
+    if options.tag is None or (len(loops) == 1 and not loops[0].tag and not others):
         return loops
-    chosen = [loop for loop in loops if loop.tag.lower() == options.tag.lower()]
-    if not chosen:
-        stem = loops[0].roles["op"].table.origin.stem
-        listed = ", ".join(loop.tag or stem for loop in loops[:MAX_LISTED])
+    names = [loop.tag or loop.roles["op"].table.origin.stem for loop in loops]
+    wanted = options.tag.casefold()
+    chosen = [loop for loop, name in zip(loops, names, strict=True) if name.casefold() == wanted]
+    if not chosen and wanted not in map(str.casefold, others):
+        listed = ", ".join([*names, *others][:MAX_LISTED])
         if len(loops) == 1 and options.map is None and set(options.columns) & set(NUMERIC_ROLES):
             raise RecordError(
                 "",
@@ -197,7 +204,7 @@ def _choose_loop(loops: list[LoopRoles], options: ReadOptions, source: str) -> l
                 where=source,
             )
         raise RecordError(f"has no loop {options.tag!r}; its loops are {listed}.", where=source)
-    return chosen[:1]
+    return chosen
 
 
 def _name_unused(columns: Sequence[TagColumn], loops: list[LoopRoles], wanted: LoopRoles | None) -> None:
