@@ -14,7 +14,7 @@ from stiction.sources.byte_source import list_paths, open_sources, source_name
 from stiction.sources.database_url import is_database_url
 from stiction.sources.historians.address import is_historian_url
 from stiction.sources.join_files import complete_loops, join_same_tags
-from stiction.sources.loops import Loops, SourceFailure, time_positions
+from stiction.sources.loops import Loops, SourceFailure
 from stiction.sources.options import ReadOptions
 from stiction.sources.roles.assign import assign_roles, choose_loops
 
@@ -79,7 +79,7 @@ def find_loops(source: Any, options: ReadOptions, **database: Any) -> Loops:
         tables = [frame_to_table(source)]
     found = read_layout(tables, options)
     roles = assign_roles(found, options, rows, tables[0].origin.name)
-    return Loops(options, roles, time_positions=time_positions(found), columns=found)
+    return Loops(options, roles, columns=found)
 
 
 def _find_in_files(paths: list[Any], options: ReadOptions, rows: Sequence[MapRow] | None) -> Loops:
@@ -90,7 +90,7 @@ def _find_in_files(paths: list[Any], options: ReadOptions, rows: Sequence[MapRow
         if file.failure is not None:
             raise file.failure
         stored = [file.stored] if file.stored else []
-        return Loops(options, file.loops, stored, time_positions(file.columns), columns=file.columns)
+        return Loops(options, file.loops, stored, columns=file.columns)
     files, zones = _in_one_zone(files, options, rows)
     incomplete = [file for file in files if file.failure is not None and file.columns]
     loops = [loop for file in files for loop in file.loops]
@@ -106,13 +106,12 @@ def _find_in_files(paths: list[Any], options: ReadOptions, rows: Sequence[MapRow
         loops = choose_loops(loops, options, files[0].name, others)
         for file in stored:
             file.stored = file.stored and file.stored.select(options.tag)
-    positions = {table: known for file in files for table, known in time_positions(file.columns).items()}
     together = _files_together(files, loops, incomplete) + [
         (source_name(file.path),) for file in stored for _ in (file.stored.tags if file.stored else ())
     ]
     columns = [column for file in files for column in file.columns]
     kept = [file.stored for file in stored if file.stored]
-    return Loops(options, loops, kept, positions, failures, together, columns, zones)
+    return Loops(options, loops, kept, failures, together, columns, zones)
 
 
 def _open_path(path: Any, options: ReadOptions, rows: Sequence[MapRow] | None, *, several: bool) -> list[_File]:

@@ -72,12 +72,15 @@ class RawTable:
     """Column of averages -> gives the range of the signal within each interval, shape (n_rows,)."""
     first_row: int = 0
     """First row that is read; those before it do not fit into the memory."""
+    clock: set[int] = field(default_factory=set)
+    """Columns that tell the time, where they were found; they are read with the first signals, in one pass."""
     _columns: dict[int, pl.Series] = field(default_factory=dict, repr=False)
 
     def load(self, positions: Iterable[int]) -> None:
         """Read some columns in one pass, if they were not read before."""
-        wanted = sorted({position for position in positions if position not in self._columns})
+        wanted = set(positions) - self._columns.keys()
         if wanted:
+            wanted = sorted(wanted | (self.clock - self._columns.keys()))
             frame = self.reader(wanted, self.first_row) if self.first_row else self.reader(wanted)
             self._columns.update(zip(wanted, frame.get_columns(), strict=True))
 
@@ -100,6 +103,7 @@ class RawTable:
         """Forget the cells of columns that are not needed any more, to save memory."""
         for position in positions:
             self._columns.pop(position, None)
+            self.clock.discard(position)
 
     def sample_column(self, position: int) -> list[str]:
         """Give the cells of a column in the first rows, without the empty ones."""

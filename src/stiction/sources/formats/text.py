@@ -38,10 +38,8 @@ def recognises(head: bytes, name: str) -> bool:  # noqa: ARG001 (all formats hav
 
 def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
     """Read a text table: one table with text columns; an empty cell is null, or "" when it stood in quotes."""
-    name, encoding = source.origin.name, find_encoding(source.head)
-    if encoding is None:
-        raise RecordError("is binary, not text; export the loop as CSV.", where=name)
-    path, encoding = to_utf8(source, encoding)
+    name = source.origin.name
+    path, encoding = to_utf8(source, find_encoding(source.head) or "latin-1")
     head = _read_head(path, name)
     dialect = sniff_text(name, head[:SNIFF_ROWS], options.delimiter, options.decimal)
     mark, width, skip_lines = dialect.delimiter, dialect.width, dialect.first_row

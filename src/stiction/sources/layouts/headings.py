@@ -116,6 +116,7 @@ def find_clock(
     if not found.positions:
         return None, positions
     first = partial(parse_time, _first_rows(table), found, options)
+    table.clock |= {*found.positions, found.fraction} - {None}
     return Clock(partial(parse_time, table, found, options), first), positions
 
 
