@@ -60,7 +60,8 @@ def test_rows_are_ranked_and_sum_up(found):
     priorities = [row["priority"] for row in found.rows]
     assert priorities == sorted(priorities, reverse=True)
     for row in found.rows:
-        assert row["priority"] == pytest.approx(row["severity"] * row["confidence"] * row["importance"])
+        product = row["severity"] * row["confidence"] * row["importance"]
+        assert row["priority"] == pytest.approx(0.0 if row.waits else product)
         assert row["severity"] == pytest.approx(1.0 - np.prod([1.0 - part for part in row["severity_parts"].values()]))
     assert found.worst(3) == found.rows[:3]
     assert found.to_frame().height == 24
@@ -199,10 +200,11 @@ def test_members_that_follow_a_source_come_after_it():
 
 def test_nothing_is_changed_before_a_test_tells_which_of_two_loops_is_the_source():
     roots = [{"tag": tag, "probability": p} for tag, p in (("A", 0.5), ("B", 0.4), ("C", 0.1))]
-    group = {"number": 1, "leading_roots": ["A", "B"], "roots": roots}
+    group = {"number": 1, "leading_roots": ["A", "B"], "roots": roots, "period_s": 200.0}
     rows = [LoopRow(tag, status="diagnosed", finding="tuning", next_step="Halve the gain.") for tag in "ABC"]
     ranked = {row.tag: row for row in rank_members(rows, [group])}
     assert ranked["A"].next_step.startswith("Put A in manual for three periods: if B goes on swinging, B is the source")
+    assert ranked["A"].test.replace("\u00a0", " ") == "10 min in manual"
     assert ranked["C"].next_step == "Look again after A or B was put right."
     assert "Halve" not in " ".join(row.next_step + row.action for row in ranked.values())
 
