@@ -14,7 +14,7 @@ import pytest
 import stiction as st
 from fleet.small_plant import records, require_same, require_sound_ledger, write_plant
 from stiction.errors import ParameterError, RecordError
-from stiction.fleet import LoopRow, Progress, compare_audits, confirmed_share, find_loop_places
+from stiction.fleet import Audit, LoopRow, Progress, compare_audits, confirmed_share, find_loop_places
 from stiction.fleet.labels import append_label
 from stiction.fleet.loop_work import cut_time
 from stiction.fleet.progress import LoopRate
@@ -207,6 +207,17 @@ def test_nothing_is_changed_before_a_test_tells_which_of_two_loops_is_the_source
     assert ranked["A"].test.replace("\u00a0", " ") == "10 min in manual"
     assert ranked["C"].next_step == "Look again after A or B was put right."
     assert "Halve" not in " ".join(row.next_step + row.action for row in ranked.values())
+
+
+def test_comparison_shows_a_size_only_of_stiction_and_play(tmp_path):
+    known = {"status": "diagnosed", "loop_state": "in_control", "oscillation_cause": "tuning", "verdict": "no_stiction"}
+    sizes = {"tuning": 5.0, "sticks": 4.0}
+    rows = [LoopRow("A", finding=code, S=S, S_low=S, S_high=S, **known) for code, S in sizes.items()]
+    for row, shown in zip(rows, (None, 4.0), strict=True):
+        now, before = (Audit(tmp_path, [one], [], {}, {}) for one in (row, replace(row, S_low=9.0, S_high=9.0)))
+        [change] = compare_audits(now, before)
+        assert (change["S"], change["S_before"]) == (shown, shown)
+        assert change["change"] == ("same" if shown is None else "better")
 
 
 @pytest.mark.parametrize("cause", ["external", "tuning"])

@@ -135,7 +135,7 @@ def compensate(
         return _no_advice(tag, twin.reason, whole, twin, S, J)
     if not twin.simulated.period > 0.0:
         return _no_advice(tag, "The loop does not oscillate, so there is nothing to compensate.", whole, twin, S, J)
-    return _run_trial(tag, twin, S, J, whole, seeds, duration, max_travel, progress)
+    return _run_trial(tag, twin, S, J, whole, seeds, duration, max_travel, progress=progress)
 
 
 def _run_trial(

@@ -25,7 +25,7 @@ __all__ = ["TestPlan", "require_range_in_span"]
 class TestPlan(Result):
     """The OP of a valve test, sample by sample."""
 
-    _json_keys = ("kind", "dt as dt_s", "duration as duration_s", "start", "upset", "notes", "settings")
+    _json_keys = ("kind", "dt as dt_s", "duration as duration_s", "start", "upset", "command", "notes", "settings")
 
     kind: str
     """`ramp test` or `step test`."""

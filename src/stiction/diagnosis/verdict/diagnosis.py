@@ -47,7 +47,7 @@ class Diagnosis(ResultDisplay, kind="verdict"):
     _json_keys = (
         "record.provenance.source as file", "record.tag as tag", "verdict", "probability", "prior", "reason", "action",
         "record.op_unit as op_unit", "record.dt as dt_s", "loop_state", "identification as stiction", "controller",
-        "oscillation", "oscillation_cause", "finding", "next_step", "S_detectable",
+        "oscillation", "oscillation_cause", "finding", "next_step", "valve_test", "S_detectable",
         "average_log_odds", "contributions as features", "windows", "history", "windows_needed", "evidence", "quality",
     )  # fmt: skip
 

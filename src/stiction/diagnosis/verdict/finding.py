@@ -43,7 +43,7 @@ TEST_PERIODS = 3.0
 """Periods in manual that show whether an oscillation comes from outside [-]."""
 MIN_TEST_STEP = 2.0
 """Step of OP that moves a valve which hardly moved [% of span]."""
-MAX_SETTLING = 600.0
+MAX_SETTLING = 300.0
 """Longest time that a test waits for the process [s]."""
 MIDDLE_OP, ASSUMED_S = 50.0, 5.0
 """OP and S of a test where OP is not recorded in % of span [% of span]."""
@@ -245,7 +245,8 @@ def _size(found: Findings) -> tuple[float, float]:
 
 
 def _settling(found: Findings) -> float:
-    """Time in which the identified process settles, at most ten minutes [s]."""
+    """Time in which the identified process settles, at most `MAX_SETTLING` [s]."""
     valve = found.identification
-    settling = 0.0 if valve is None else valve.linear.dead_time + 3.0 * valve.linear.time_constant
+    process = None if valve is None else valve.process if found.verdict == "stiction" else valve.linear
+    settling = 0.0 if process is None else process.dead_time + 3.0 * process.time_constant
     return min(settling if math.isfinite(settling) else 0.0, MAX_SETTLING)
