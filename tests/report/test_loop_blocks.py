@@ -54,7 +54,7 @@ def test_a_judged_loop_has_every_section_in_order(judged):
     headline = loop_headline(judged)
     assert headline.line == labels.headline(judged)
     assert headline.reason == judged.reason
-    assert headline.action == f"{judged.action} Next step: {judged.next_step}"
+    assert headline.action == f"{judged.action} Next step: {judged.next_step} Plan: {judged.valve_test.command}"
 
 
 def test_a_loop_that_follows_another_gets_no_action(judged):

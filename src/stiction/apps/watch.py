@@ -34,7 +34,7 @@ class AlarmOptions:
     shelve
         Announce the alarm no more until --until.
     out_of_service
-        Raise no alarms of this loop until --in-service.
+        Raise no alarms of this loop, with or without an alarm now, until --in-service.
     in_service
         Raise alarms of this loop again.
     until

@@ -9,18 +9,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.compensation.prediction_text import format_settings, prediction_text
-from stiction.compensation.shop_tests import acceptance_criteria, plan_acceptance_test, plan_confirmation_tests
+from stiction.compensation.shop_tests import acceptance_criteria, plan_acceptance_test, plan_staircase
 from stiction.compensation.suspect_parts import SuspectPart, rank_suspects
 from stiction.diagnosis import Diagnosis
 from stiction.display.duration_format import format_time
 from stiction.display.json_form import Result
 from stiction.display.number_format import format_interval, format_probability
 from stiction.errors import ParameterError, require_kind
+from stiction.simulation.confirming_tests import plan_confirming_ramp
 
 if TYPE_CHECKING:
     from stiction.compensation.result import CompensationTrial
     from stiction.diagnosis import Identification
-    from stiction.valvetests.plan import TestPlan
+    from stiction.simulation.valve_test_plan import TestPlan
 
 __all__ = ["WorkOrder", "work_order"]
 
@@ -65,7 +66,7 @@ class WorkOrder(Result):
     order_of_suspects: str
     """Reason for their order."""
     before: tuple[TestPlan, ...]
-    """Tests that confirm the stiction."""
+    """Tests that confirm the stiction, first that of the diagnosis."""
     after: tuple[TestPlan, ...]
     """Acceptance tests of the repaired valve; they include a test from before the repair."""
     acceptance: tuple[str, ...]
@@ -138,9 +139,11 @@ def work_order(diagnosis: Diagnosis, trial: CompensationTrial | None = None) -> 
         )
     op = _usual_op(diagnosis)
     S = found.S if found and percent else math.inf
-    before = plan_confirmation_tests(
+    first = diagnosis.valve_test or plan_confirming_ramp(op, found.S if found and percent else ASSUMED_S_PERCENT)
+    stairs = plan_staircase(
         op, max(found.S, min(found.S_high, 2.0 * found.S)) if found and percent else ASSUMED_S_PERCENT
     )
+    before = (first, stairs) if stairs else (first,)
     parts, why = rank_suspects(found, diagnosis.record.op_unit_short)
     nan = math.nan
     size = (found.S, found.S_low, found.S_high, found.J, found.J_low, found.J_high) if found and percent else (nan,) * 6

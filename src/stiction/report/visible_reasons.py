@@ -50,7 +50,7 @@ def _rests(view: LoopView) -> str:
     op = view.diagnosis.record.op
     move = format_number(float(np.median([np.ptp(op[first:last]) for first, last in rests])), view.op_unit_short, 2)
     times = count_noun(len(rests), "time")
-    return f"The estimated valve position rests {times} while OP goes on moving, by {move} in the middle of all rests."
+    return f"The estimated valve position rests {times} while OP goes on moving, each time by about {move}."
 
 
 def _following(view: LoopView) -> str:

@@ -21,7 +21,7 @@ def records_of_loop(source: Any, tag: str | None = None) -> Any:
     Parameters
     ----------
     source
-        A record or records, which are given back; a path, an open file or a data frame, which is read.
+        A record or records, which are given back; a path, several paths, an open file or a data frame, which is read.
     tag : str, optional
         The loop, where the source holds several.
 
@@ -46,6 +46,9 @@ def records_of_loop(source: Any, tag: str | None = None) -> Any:
     if isinstance(source, LoopRecord):
         return source
     if isinstance(source, (list, tuple)):
+        if source and all(isinstance(one, (str, PathLike)) for one in source):
+            parts = [records_of_loop(one, tag) for one in source]
+            return [one for part in parts for one in (part if isinstance(part, list) else [part])]
         if tag is None:
             return source
         chosen = [one for one in source if one.tag == tag]

@@ -59,11 +59,6 @@ class Explained(Findings, OverTime, Protocol):
         ...
 
     @property
-    def next_step(self) -> str:
-        """The cheapest test that decides what is open."""
-        ...
-
-    @property
     def strongest_alternative(self) -> tuple[str, float] | None:
         """The closest explanation without stiction."""
         ...

@@ -54,9 +54,10 @@ def loop_headline(diagnosis: Diagnosis) -> Headline:
     if identification is not None and diagnosis.shows_size and np.isfinite(identification.S):
         severity = figures.severity(identification, diagnosis.record)
     line, action, step = labels.headline(diagnosis), diagnosis.action, diagnosis.next_step
-    mark = labels.finding_icon(diagnosis)
+    mark, test = labels.finding_icon(diagnosis), diagnosis.valve_test
+    plan = f"Plan: {test.command}" if test else ""
     if "follows" in diagnosis.settings:  # what the audit says of a loop that oscillates with another
-        line, action, step, mark = diagnosis.settings["follows"], diagnosis.settings["next_step"], "", "good"
+        line, action, step, mark, plan = diagnosis.settings["follows"], diagnosis.settings["next_step"], "", "good", ""
     return Headline(
         diagnosis.record.tag,
         diagnosis.verdict,
@@ -64,7 +65,7 @@ def loop_headline(diagnosis: Diagnosis) -> Headline:
         line,
         labels.confidence_text(diagnosis),
         diagnosis.reason,
-        action=f"{action} Next step: {step}" if step and step not in action else action,
+        action=" ".join(part for part in (action, step and step not in action and f"Next step: {step}", plan) if part),
         facts=_facts(diagnosis),
         severity=severity,
     )
