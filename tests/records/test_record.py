@@ -60,9 +60,7 @@ def test_a_cut_counts_its_own_missing_samples():
     parts = [whole.window(*span) for span in ((0, 100), (0, 115), (108, 1000), (120, N))]
     assert [part.provenance.missing_samples for part in parts] == [0, 15, 12, 0]
     percents = [line.record.missing_percent for line in summarise(parts).loops]
-    assert percents == pytest.approx(
-        [0, 1500 / 115, 1200 / 892, 0]
-    )
+    assert percents == pytest.approx([0, 1500 / 115, 1200 / 892, 0])
     assert replace(whole, pv=None).window(108, 1000).provenance.missing_samples == 2
     assert condition(replace(whole, auto=None)).part.provenance.missing_samples == 20
 

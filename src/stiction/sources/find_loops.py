@@ -143,15 +143,12 @@ def _open_alone(
             return file
         file.columns = read_layout(read_format(source, options), options)
         file.loops = assign_roles(file.columns, options, rows, file.name)
-    except (RecordError, MissingExtraError) as error:
-        file.failure = error
     except ParameterError:
         raise
     except BaseException as error:
-        known = data_error(error, file.name)
-        if known is None and not several:
+        if data_error(error, file.name) is None and not several:
             raise
-        file.failure = known or failure_of(error, file.name)
+        file.failure = failure_of(error, file.name)
     return file
 
 

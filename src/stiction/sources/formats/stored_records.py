@@ -45,11 +45,9 @@ class StoredRecords:
 
     def read_one(self, k: int) -> LoopRecord:
         """Read one loop."""
-        return _record(self.loops[k], self._rows(k))
-
-    def _rows(self, k: int) -> pl.DataFrame:
         names = dict.fromkeys(["op", *self.loops[k]["signals"]])
-        return self.frame.slice(self.first_rows[k], self.loops[k]["rows"]).select("tag", *names).collect()
+        rows = self.frame.slice(self.first_rows[k], self.loops[k]["rows"]).select(*names).collect()
+        return _record(self.loops[k], rows)
 
     def is_unchanged(self) -> bool:
         """Whether the rows of every loop still have its tag."""
