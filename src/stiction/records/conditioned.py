@@ -72,7 +72,7 @@ class Conditioned:
     @property
     def moves(self) -> bool:
         """Whether OP and PV vary, so that a valve can be searched for."""
-        return peak_to_peak(self.op) > 1e-9 * _size(self.op) and peak_to_peak(self.pv) > 1e-9 * _size(self.pv)
+        return all(peak_to_peak(x) > 1e-9 * float(np.abs(x).max(initial=0.0)) for x in (self.op, self.pv))
 
     def without(self, stretches: Iterable[tuple[int, int]]) -> Conditioned:
         """Leave out stretches of samples (first, one past the last), and choose the part to analyse again."""
@@ -118,7 +118,3 @@ def _filled(record: LoopRecord, first: int, last: int) -> LoopRecord:
     added = tuple(text for text in (about_gaps, about_sp) if text)
     origin = replace(part.provenance, assumptions=(*part.provenance.assumptions, *added))
     return replace(part, **filled, sp=sp, provenance=origin)
-
-
-def _size(x: NDArray[np.float64]) -> float:
-    return float(np.abs(x).max()) if x.size else 0.0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gzip
 import zipfile
+from functools import partial
 from pathlib import PurePosixPath
 from typing import TYPE_CHECKING, Any
 
@@ -55,7 +56,14 @@ def inflate(
     """Decompress into a folder, at most `limit` bytes: file of each name within the archive; None for other files."""
     if head.startswith(_GZIP):
         with gzip.open(path) as stream:
-            return [("", _write(_chunks(stream), make_folder() / f"{path.name}.inflated", limit))]
+            return [
+                (
+                    "",
+                    _write(
+                        iter(partial(stream.read, CHUNK_BYTES), b""), make_folder() / f"{path.name}.inflated", limit
+                    ),
+                )
+            ]
     if head.startswith(_ZSTD):
         return [("", _write(_zstd_chunks(path), make_folder() / f"{path.name}.inflated", limit))]
     if not head.startswith((_ZIP, _EMPTY_ZIP)):
@@ -76,7 +84,9 @@ def inflate(
         files = []
         for number, member in enumerate(members):
             with archive.open(member) as stream:
-                out = _write(_chunks(stream), make_folder() / f"{path.name}.{number}", limit)
+                out = _write(
+                    iter(partial(stream.read, CHUNK_BYTES), b""), make_folder() / f"{path.name}.{number}", limit
+                )
             files.append((member.filename, out))
     return files
 
@@ -91,8 +101,7 @@ def _write(chunks: Iterator[bytes], path: Path, limit: ByteLimit) -> Path:
 
 
 def _chunks(stream: Any) -> Iterator[bytes]:
-    while chunk := stream.read(CHUNK_BYTES):
-        yield chunk
+    return iter(partial(stream.read, CHUNK_BYTES), b"")
 
 
 def _zstd_chunks(path: Path) -> Iterator[bytes]:

@@ -97,21 +97,20 @@ def _find_in_files(paths: list[Any], options: ReadOptions, rows: Sequence[MapRow
     others = [file.columns for file in files if file.loops]
     more, refusal = complete_loops([file.columns for file in incomplete], others, loops, options, rows)
     loops = join_same_tags([*loops, *more])
-    stored = [file for file in files if file.stored]
-    failures = _list_failures(files, loops)
+    stored = [(source_name(file.path), file.stored) for file in files if file.stored]
+    used = {id(table) for loop in loops for table in _tables_of(loop)}
+    unused = [file for file in files if not used & {id(column.table) for column in file.columns}]
+    failures = [SourceFailure(file.name, None, file.failure) for file in unused if file.failure is not None]
     if not loops and not stored:
         raise _nothing_read(failures, refusal, [file.name for file in incomplete])
     if options.tag is not None:
-        others = [tag for file in stored if file.stored for tag in file.stored.tags]
+        others = [tag for _, records in stored for tag in records.tags]
         loops = choose_loops(loops, options, files[0].name, others)
-        for file in stored:
-            file.stored = file.stored and file.stored.select(options.tag)
-    together = _files_together(files, loops, incomplete) + [
-        (source_name(file.path),) for file in stored for _ in (file.stored.tags if file.stored else ())
-    ]
+        stored = [(name, records.select(options.tag)) for name, records in stored]
+    together = _files_together(files, loops, incomplete)
+    together += [(name,) for name, records in stored for _ in records.tags]
     columns = [column for file in files for column in file.columns]
-    kept = [file.stored for file in stored if file.stored]
-    return Loops(options, loops, kept, failures, together, columns, zones)
+    return Loops(options, loops, [records for _, records in stored], failures, together, columns, zones)
 
 
 def _open_path(path: Any, options: ReadOptions, rows: Sequence[MapRow] | None, *, several: bool) -> list[_File]:
@@ -194,16 +193,6 @@ def _kind(loop: LoopRoles) -> str:
         return clock.kind if clock else ""
     except StictionError:
         return ""
-
-
-def _list_failures(files: list[_File], loops: list[LoopRoles]) -> list[SourceFailure]:
-    """Files that hold no loop, and of which none takes a column."""
-    used = {id(table) for loop in loops for table in _tables_of(loop)}
-    return [
-        SourceFailure(file.name, None, file.failure)
-        for file in files
-        if file.failure is not None and not used & {id(column.table) for column in file.columns}
-    ]
 
 
 def _tables_of(loop: LoopRoles) -> list[RawTable]:

@@ -106,7 +106,7 @@ def _join_pieces(columns: Sequence[TagColumn]) -> list[TagColumn]:
         groups[(column.name.casefold(), column.unit) if is_tag else (id(column),)].append({"": column})
     clocks: dict[tuple[int, ...], Clock] = {}
     return [
-        _concat(chain, clocks)[""] if len(chain) > 1 else chain[0][""]
+        _concat(chain, clocks)[""]
         for group in groups.values()
         for chain in (_chains(group)[0] if len(group) > 1 else [group])
     ]
@@ -229,6 +229,8 @@ def _are_equal(one: pl.Series, other: pl.Series) -> bool:
 
 def _concat(chain: Sequence[Columns], clocks: dict[tuple[int, ...], Clock]) -> Columns:
     """Join the columns of several files, in their order; `clocks` keeps the joined clocks."""
+    if len(chain) == 1:
+        return chain[0]
     joined: Columns = {}
     for role in dict.fromkeys(role for one in chain for role in one):
         columns = [one[role] if role in one else _blank(one["op"], role) for one in chain]

@@ -67,15 +67,10 @@ def typed_table(
             rows = lazy.slice(first_row) if first_row else lazy
             return rows.select(_to_plain_type(names[k], types[names[k]]) for k in positions).collect()
 
-    sampled = [k for k, name in enumerate(names) if name not in unsampled]
-    sample: list[list[str]] = []
     with damage_refused(origin.name):
-        columns = [_to_plain_type(names[k], types[names[k]]) for k in sampled]
-        for cells in lazy.head(n_rows).select(columns).collect().with_columns(_to_text()).rows() if names else []:
-            row = [""] * len(names)
-            for k, cell in zip(sampled, cells, strict=True):
-                row[k] = cell
-            sample.append(row)
+        columns = [pl.lit("").alias(name) if name in unsampled else _to_plain_type(name, types[name]) for name in names]
+        head = lazy.head(n_rows).select(columns).collect().with_columns(_to_text())
+    sample = [list(cells) for cells in head.rows()]
     header = [headings, *([[units.get(one, "") for one in headings]] if units.keys() & set(headings) else [])]
     return RawTable(
         origin, header, sample, len(names), read, notes=list(notes), metadata=metadata or {}, count_rows=count_rows

@@ -116,17 +116,9 @@ def _rows_of(sheet: Any, source: ByteSource) -> tuple[list[list[Any]], list[int]
 def _make_column(cells: list[Any]) -> pl.Series:
     """Make a column of the cells of a sheet: numbers, times, durations or text."""
     kinds = {type(cell) for cell in cells if cell != ""}
-    if kinds <= {dt.datetime, dt.date}:  # midnight comes as a date
-        return pl.Series([_as_datetime(cell) for cell in cells], dtype=pl.Datetime("us"))
-    if kinds <= {int, float, dt.timedelta}:
+    if kinds <= {dt.datetime, dt.date} or kinds <= {int, float, dt.timedelta}:  # midnight comes as a date
         return make_series([None if cell == "" else cell for cell in cells])
     return pl.Series([_as_text(cell) for cell in cells], dtype=pl.String)
-
-
-def _as_datetime(cell: Any) -> dt.datetime | None:
-    if isinstance(cell, dt.datetime):
-        return cell
-    return dt.datetime(cell.year, cell.month, cell.day) if isinstance(cell, dt.date) else None
 
 
 def _head_row(row: list[Any]) -> list[str]:
@@ -145,9 +137,8 @@ def _as_text(cell: Any) -> str:
         return "TRUE" if cell else "FALSE"
     if isinstance(cell, float):
         return str(int(cell)) if cell.is_integer() and abs(cell) < 1e15 else repr(cell)
-    if isinstance(cell, dt.date):
-        stamp = _as_datetime(cell)
-        return stamp.isoformat(" ") if stamp else ""
+    if type(cell) is dt.date:
+        return f"{cell} 00:00:00"
     if isinstance(cell, dt.timedelta):
         return repr(cell.total_seconds())
     return str(cell)

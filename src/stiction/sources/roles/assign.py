@@ -184,7 +184,7 @@ def choose_loops(
     """Pick the loops that the user asks for, or none where one of the `others` has the tag.
 
     A single loop without a tag takes any; of several, each is called after its file. Raises RecordError when none is
-    the wanted one.
+    the wanted one, or files without tags share its name.
     """
     if options.tag is None or (len(loops) == 1 and not loops[0].tag and not others):
         return loops
@@ -204,6 +204,11 @@ def choose_loops(
                 where=source,
             )
         raise RecordError(f"has no loop {options.tag!r}; its loops are {listed}.", where=source)
+    if len(chosen) > 1 and not any(loop.tag for loop in chosen):
+        files = ", ".join(loop.roles["op"].table.origin.name for loop in chosen[:MAX_LISTED])
+        raise RecordError(
+            f"{len(chosen)} files without a tag have this name ({files}); give one of them.", where=wanted
+        )
     return chosen
 
 
