@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import secrets
 from pathlib import Path
 
@@ -13,6 +14,7 @@ __all__ = [
     "output_path",
     "require_file_path",
     "require_new_file",
+    "safe_file_name",
     "unwritable_error",
     "write_atomically",
     "write_files",
@@ -31,6 +33,18 @@ def output_path(path: str | os.PathLike[str]) -> Path:
             f"{path!r} is no path to write to ({getattr(error, 'strerror', None) or error})", remedy="give another path"
         ) from None
     return target
+
+
+def safe_file_name(tag: str) -> str:
+    """Name of a file for a tag, without an ending: other characters than letters, digits and `.()+-_` become `_`.
+
+    Examples
+    --------
+    >>> safe_file_name("UNIT1/FIC-101.PV"), safe_file_name("..")
+    ('UNIT1_FIC-101.PV', '_..')
+    """
+    name = re.sub(r"[^\w.()+-]", "_", tag)[:120]
+    return f"_{name}" if name.startswith(".") else name
 
 
 def require_file_path(target: Path) -> None:
