@@ -327,7 +327,7 @@ def test_compare_and_labels(found, copy):
     audit = st.open_audit(copy)
     assert {row["change"] for row in compare_audits(audit, found)} == {"same"}
     sticky = [row["tag"] for row in audit.rows if row["verdict"] == "stiction"]
-    good = {"verdict": "no_stiction", "S": None, "S_low": None, "oscillation_cause": "none"}
+    good = {"finding": "nothing_found", "verdict": "no_stiction", "S": None, "S_low": None, "oscillation_cause": "none"}
     healed = with_row(audit, sticky[0], **good)
     changes = {one["tag"]: one["change"] for one in compare_audits(healed, found)}
     assert changes[sticky[0]] == "gone"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -82,23 +82,34 @@ class WorkOrder(Result):
         """Return the order in two lines."""
         return f"{self.title}\n{' '.join(self.findings[:2])}"
 
+    @property
+    def head(self) -> tuple[str, str]:
+        """Record, and lines for number and date."""
+        return f"Record: {self.record}.", f"Order no. {BLANK}  issued {BLANK}"
+
+    @property
+    def sections(self) -> dict[str, tuple[str, ...]]:
+        """Heading of each section -> its lines; the parts to check are in their order."""
+        return {
+            "Findings": self.findings,
+            "Parts to check": tuple(f"{s.part}. {s.sign} Check: {s.check} Found: {BLANK}" for s in self.suspects),
+            "Test before the repair": _plan_lines(self.before),
+            "Test after the repair": (*_plan_lines(self.after), *(f"Pass: {line}." for line in self.acceptance)),
+            "Until the repair": self.meanwhile,
+            "To fill in": tuple(f"{line}: {BLANK}" for line in self.to_fill_in),
+            "Signatures": tuple(f"{line}: {BLANK}" for line in self.sign_off),
+        }
+
     def to_text(self) -> str:
         """Return the page as Markdown."""
-        parts = [f"{i}. {s.part}. {s.sign} Check: {s.check} Found: {BLANK}" for i, s in enumerate(self.suspects, 1)]
-        sections = {
-            "Findings": _bullets(self.findings),
-            "Parts to check": [self.order_of_suspects, "", *parts],
-            "Test before the repair": _bullets(_plan_lines(self.before)),
-            "Test after the repair": _bullets(
-                [*_plan_lines(self.after), *(f"Pass: {line}." for line in self.acceptance)]
-            ),
-            "Until the repair": _bullets(self.meanwhile),
-            "To fill in": _bullets(f"{line}: {BLANK}" for line in self.to_fill_in),
-            "Signatures": _bullets(f"{line}: {BLANK}" for line in self.sign_off),
-        }
-        head = [f"# {self.title}", "", f"Record: {self.record}.", f"Order no. {BLANK}  issued {BLANK}"]
-        body = [line for name, lines in sections.items() for line in ("", f"## {name}", "", *lines)]
-        return "\n".join([*head, *body]) + "\n"
+        body = [f"# {self.title}", "", *self.head]
+        for name, lines in self.sections.items():
+            body += ["", f"## {name}", ""]
+            if name == "Parts to check":
+                body += [self.order_of_suspects, "", *(f"{k}. {line}" for k, line in enumerate(lines, 1))]
+            else:
+                body += [f"- {line}" for line in lines]
+        return "\n".join(body) + "\n"
 
 
 def work_order(diagnosis: Diagnosis, trial: CompensationTrial | None = None) -> WorkOrder:
@@ -264,9 +275,5 @@ def _meanwhile(trial: CompensationTrial | None) -> tuple[str, ...]:
     return (*lines, service)
 
 
-def _plan_lines(plans: tuple[TestPlan, ...]) -> list[str]:
-    return [" ".join(plan.summary().split("\n")[:2]) for plan in plans]
-
-
-def _bullets(lines: Any) -> list[str]:
-    return [f"- {line}" for line in lines]
+def _plan_lines(plans: tuple[TestPlan, ...]) -> tuple[str, ...]:
+    return tuple(" ".join(plan.summary().split("\n")[:2]) for plan in plans)

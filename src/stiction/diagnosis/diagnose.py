@@ -77,5 +77,5 @@ def diagnose(
     """
     records = order_records(records_of_loop(record, tag))
     if costs is not None and not isinstance(costs, Costs):
-        raise ParameterError(f"costs = {costs!r} is no Costs; give Costs(false_alarm=1.0, missed=1.0, ask=0.3).")
+        raise ParameterError(f"costs = {costs!r} is not a Costs; give Costs(false_alarm=1.0, missed=1.0, ask=0.3).")
     return pipeline.diagnose(records, prior=prior, costs=costs, smallest_S=smallest_S, methods=methods)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING, Any
 
+from stiction.display.finding_words import finding_level
 from stiction.fleet.rank import FAULT_STATES
 
 if TYPE_CHECKING:
@@ -39,7 +40,8 @@ def compare_audits(
 
     Notes
     -----
-    A finding is a sticky valve, a cause of an oscillation, or a loop state that is a fault. "worse" and "better" mean
+    A finding is a fault of the loop itself: a sticky valve, another cause in the loop, or a loop state that is a fault.
+    "worse" and "better" mean
     that the priority changed by more than the two limits, or that the intervals of S are apart.
 
     Examples
@@ -66,10 +68,10 @@ def compare_audits(
 
 
 def has_finding(row: LoopRow | None) -> bool:
-    """Whether a row says that something is wrong with the loop."""
-    if row is None:
+    """Whether a row says that something is wrong with the loop itself: its valve, tuning, sensor or state."""
+    if row is None or row.follows:
         return False
-    is_faulty = row.verdict == "stiction" or row.oscillation_cause != "none"
+    is_faulty = row.verdict == "stiction" or finding_level(row.finding) == "alert"
     return row.loop_state in FAULT_STATES or (row.in_control and is_faulty)
 
 

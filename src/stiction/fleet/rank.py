@@ -153,7 +153,7 @@ def _explain_priority(row: LoopRow) -> str:
         costs.append(f"OP is at a limit {100.0 * row.saturated_share:.0f} % of the time")
     text = " and ".join(costs) or f"severity {format_number(row.severity, '', 2)}"
     if row.follows:
-        return f"{text[0].upper()}{text[1:]}; that is counted for {row.follows}, which it follows."
+        return f"{text[0].upper()}{text[1:]}; counted for {row.follows}, which it follows."
     sure = f"probability that the fault is in this loop {format_probability(row.confidence)}"
     many = f"; {count_noun(row.followers, 'loop follows', 'loops follow')}" if row.followers else ""
     weight = f"; importance {row.importance:g}" if row.importance != 1.0 else ""

@@ -87,8 +87,8 @@ def _since(begin: SwingBegin | None, start: datetime | None) -> str:
 
 
 def _spectrum(x: NDArray[np.float64], dt: float, period: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    amplitude = np.abs(np.fft.rfft((x - x.mean()) * np.hanning(x.size)))
-    ratio = np.fft.rfftfreq(x.size, dt) * period
+    amplitude = np.abs(np.fft.rfft((x - x.mean()) * np.hanning(x.size))).astype(np.float64)
+    ratio = (np.fft.rfftfreq(x.size, dt) * period).astype(np.float64)
     inside = (ratio > RATIOS[0]) & (ratio < RATIOS[1])
     level = amplitude[inside] / max(amplitude[inside].max(initial=0.0), 1e-300)
     chosen = downsample(level, SPECTRUM_POINTS)

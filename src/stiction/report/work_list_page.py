@@ -91,7 +91,6 @@ def write_order_page(order: WorkOrder, item: WorkItem, path: Path) -> Path:
     from markupsafe import Markup
 
     style = Markup(_asset("page.css") + _asset("worklist.css"))
-    text = order.to_text().split("\n", 2)[2]  # without the title, which the page has
-    page = environment().get_template("workorder.html").render(title=order.title, item=item, text=text, style=style)
+    page = environment().get_template("workorder.html").render(order=order, item=item, style=style)
     path.parent.mkdir(parents=True, exist_ok=True)
     return write_atomically(page, path)

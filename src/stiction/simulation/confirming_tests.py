@@ -66,7 +66,9 @@ def plan_confirming_ramp(
     centre = _within_span(op, half)
     low, high = max(round(centre - half, 1), 0.0), min(round(centre + half, 1), 100.0)
     time = max(MIN_RAMP_S, SETTLING_TIMES * settling, 20.0 * require_positive("dt", dt, "s"))
-    rate = math.floor(1e6 * (high - low) / time) / 1e6
+    rate = (high - low) / time
+    digits = 2 - math.floor(math.log10(rate))
+    rate = math.floor(rate * 10.0**digits) / 10.0**digits
     return plan_ramp_test(low, high, rates=[rate], start=centre, dt=dt)
 
 

@@ -117,7 +117,8 @@ def plan_ramp_test(
     upset = max(abs(high - begin), abs(low - begin))
     listed = ", ".join(f"{speed:.3g}" for speed in speeds)
     notes = (
-        f"Rates {listed} %/s, each {repeats} time{'s' if repeats > 1 else ''} up and down, with {wait:g} s of rest.",
+        f"Rate{'s' if len(speeds) > 1 else ''} {listed} %/s, {'once' if repeats == 1 else f'{repeats} times'} up and "
+        f"down{' at each' if len(speeds) > 1 else ''}, with {wait:g} s of rest.",
         "Record OP and the valve position at every sample; without a position signal, record a flow.",
         f"The test shows a deadband plus stickband of up to {0.5 * (high - low):g} %"
         f"{', and r between two of these rates' if len(speeds) > 1 else ''}.",

@@ -72,7 +72,7 @@ def _require_one(chosen: set[str], tags: list[str], tag: str | None, source: str
         return
     names = ", ".join(dict.fromkeys(tags[:MAX_NAMED])) + (", ..." if len(tags) > MAX_NAMED else "")
     if tag is not None:
-        raise ParameterError(f"tag = {tag!r} is no loop of {source}; give one of {names}.")
+        raise ParameterError(f"tag = {tag!r} is not a loop of {source}; give one of {names}.")
     raise ParameterError(
         f"{source} holds {len(set(tags))} loops ({names}); name one with tag={tags[0]!r}, or use stiction.diagnose_all."
     )

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.diagnosis.loop_state import HEADLINES, describe_state
+from stiction.display.finding_words import can_wait
 from stiction.report import figures, labels
 from stiction.report.blocks import (
     Block,
@@ -54,10 +55,9 @@ def loop_headline(diagnosis: Diagnosis) -> Headline:
     if identification is not None and diagnosis.shows_size and np.isfinite(identification.S):
         severity = figures.severity(identification, diagnosis.record)
     line, action, step = labels.headline(diagnosis), diagnosis.action, diagnosis.next_step
-    mark, test = labels.finding_icon(diagnosis), diagnosis.valve_test
-    plan = f"Plan: {test.command}" if test else ""
+    mark = labels.finding_icon(diagnosis)
     if "follows" in diagnosis.settings:  # what the audit says of a loop that oscillates with another
-        line, action, step, mark, plan = diagnosis.settings["follows"], diagnosis.settings["next_step"], "", "good", ""
+        line, action, step, mark = diagnosis.settings["follows"], diagnosis.settings["next_step"], "", "good"
     return Headline(
         diagnosis.record.tag,
         diagnosis.verdict,
@@ -65,7 +65,7 @@ def loop_headline(diagnosis: Diagnosis) -> Headline:
         line,
         labels.confidence_text(diagnosis),
         diagnosis.reason,
-        action=" ".join(part for part in (action, step and step not in action and f"Next step: {step}", plan) if part),
+        action=f"{action} Next step: {step}" if step and step not in action else action,
         facts=_facts(diagnosis),
         severity=severity,
     )
@@ -123,13 +123,18 @@ def _facts(diagnosis: Diagnosis) -> list[tuple[str, str]]:
     if diagnosis.loop_state.in_control:
         if diagnosis.verdict == "no_stiction" and diagnosis.S_detectable is not None:
             facts.append(("Stiction that would have shown", f"above {diagnosis.S_detectable:.1f} {record.op_unit}"))
-        facts.append((f"Main {labels.cause_title(diagnosis)}", labels.cause_label(diagnosis)))
+        if oscillation.oscillating or diagnosis.cause != "none":
+            facts.append((f"Main {labels.cause_title(diagnosis)}", labels.cause_label(diagnosis)))
     if identification is not None:
         sticky, good = (
             labels.format_number(identification.fit, "%", 2),
             labels.format_number(identification.fit_linear, "%", 2),
         )
         facts.append(("PV explained, sticky / good valve", f"{sticky} / {good}"))
+    test = diagnosis.valve_test
+    if test is not None and "follows" not in diagnosis.settings:
+        waits = can_wait(diagnosis.finding, oscillating=oscillation.oscillating)
+        facts.append(("Test, if you want to know" if waits else "Plan of the test", test.command))
     return facts
 
 
