@@ -136,14 +136,11 @@ def join_same_tags(loops: Sequence[LoopRoles]) -> list[LoopRoles]:
                 notes = dict.fromkeys(text for one in parts for text in [*one.notes, *one.roles["op"].table.notes])
                 first = replace(first, roles=_concat(chain, clocks), notes=[*notes, note])
             joined.append((first, names))
-        short = dict(
-            zip([names[0] for _, names in joined], _short_names([names[0] for _, names in joined]), strict=True)
-        )
-        for loop, names in joined:
+        for (loop, names), short in zip(joined, _short_names([names[0] for _, names in joined]), strict=True):
             others = list_first([other[0] for _, other in joined if other is not names], MAX_LISTED)
             if differ:
                 note = f"{others} has other values of {loop.tag} at the same times: each file is a loop of its own."
-                loop = replace(loop, tag=f"{loop.tag} ({short[names[0]]})", notes=[*loop.notes, note])
+                loop = replace(loop, tag=f"{loop.tag} ({short})", notes=[*loop.notes, note])
             elif len(joined) > 1:
                 note = f"{others} has another record of {loop.tag}, which is not joined to this one: "
                 note += "its times do not follow, or its unit, scale or sampling period differs."

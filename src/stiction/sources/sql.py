@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
@@ -92,14 +93,11 @@ def _reflect(connection: Connection, name: str, url: str) -> Table:
 
     schema, _, bare = name.rpartition(".")
     with refused_as("cannot be read", url, "check the access rights of the user"):
-        try:
-            try:
-                return Table(name, MetaData(), autoload_with=connection)
-            except exc.NoSuchTableError:
-                return Table(bare, MetaData(), schema=schema or None, autoload_with=connection)
-        except exc.NoSuchTableError:
-            inspector = inspect(connection)
-            names = [*inspector.get_table_names(), *inspector.get_view_names()]
+        for table, of_schema in ((name, None), (bare, schema or None)):
+            with suppress(exc.NoSuchTableError):
+                return Table(table, MetaData(), schema=of_schema, autoload_with=connection)
+        inspector = inspect(connection)
+        names = [*inspector.get_table_names(), *inspector.get_view_names()]
     known = f"give one of {list_first(names, MAX_NAMES)}" if names else "this user has access to none"
     raise RecordError(f"has no table {name!r}; {known}.", where=show_url(url))
 
