@@ -72,7 +72,7 @@ class ProcessEngine:
                     if failed_starts > MAX_FAILED_STARTS:
                         raise ParameterError(
                             f"workers = {self.workers} cannot be started; give fewer, or free some memory. In a "
-                            'script, call audit below `if __name__ == "__main__":`, because the workers import the script.'
+                            'script, call audit below `if __name__ == "__main__":`; the workers import the script.'
                         ) from None
                     number = batch.tasks[0].number
                     deaths[number] += worker.is_ready and len(batch.tasks) == 1
