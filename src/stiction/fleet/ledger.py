@@ -301,6 +301,8 @@ def _damage_of(file: Path) -> str:
     """What SQLite finds wrong with a file; empty where it is sound."""
     import sqlite3
 
+    if file.stat().st_size == 0:
+        return "it is empty"
     try:
         with closing(sqlite3.connect(file, timeout=30.0)) as connection:
             found = connection.execute("PRAGMA integrity_check(1)").fetchone()[0]
