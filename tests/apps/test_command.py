@@ -9,6 +9,7 @@ import re
 import signal
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -111,9 +112,13 @@ def test_a_file_being_written_leaves_nothing_when_the_program_is_asked_to_end(na
     if signal.getsignal(number) == signal.SIG_IGN:
         pytest.skip(f"{name} is ignored here, as under nohup")
 
-    def halfway(*_):
+    replace = os.replace
+
+    def halfway(draft, target):
+        if Path(target).parent.resolve() != folder.resolve():  # a compiled kernel, which goes to the cache
+            return replace(draft, target)
         assert [path.suffix for path in folder.iterdir()] == [".part"]
-        signal.raise_signal(number)
+        return signal.raise_signal(number)
 
     before = signal.getsignal(number)
     monkeypatch.setattr("stiction.atomic_write.os.replace", halfway)
