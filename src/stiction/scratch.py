@@ -158,9 +158,9 @@ def inflated_once(
     place = Path(root, f"{stat.st_dev:x}-{stat.st_ino:x}-{stat.st_size:x}-{stat.st_mtime_ns:x}")
     if not place.is_dir():
         own = ScratchFolder()
-        if (found := make(own.path)) is None:
+        if (members := make(own.path)) is None:
             return None
-        names = [[name, file.name] for name, file in found]
+        names = [[name, file.name] for name, file in members]
         (own.path() / MEMBERS).write_text(json.dumps(names), encoding="utf-8")
         with suppress(OSError):  # another process was first
             own.path().rename(place)

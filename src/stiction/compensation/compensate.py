@@ -176,9 +176,9 @@ def _run_trial(
             )
         )  # fmt: skip
     ranked = tuple(sorted(trials, key=lambda one: one.cost))
-    found = twin.inputs is not None
-    recommended, reason, risk, expected = choose_remedy(ranked, from_record=found, max_travel=max_travel)
-    if found and (none := repair_not_worthwhile(next(one for one in ranked if one.name == REPAIR))):
+    has_inputs = twin.inputs is not None
+    recommended, reason, risk, expected = choose_remedy(ranked, from_record=has_inputs, max_travel=max_travel)
+    if has_inputs and (none := repair_not_worthwhile(next(one for one in ranked if one.name == REPAIR))):
         recommended, reason, risk, expected = None, none, "", float("nan")
     shown = {NO_ACTION, REPAIR, recommended}
     trends = {one.name: _first_run(twin, plan, one.remedy) for one in ranked if one.name in shown}
@@ -226,13 +226,13 @@ def _reject_op_unit(record: LoopRecord) -> str:
 
 def _require_stiction(loop: Loop) -> tuple[float, float]:
     """Return S and J of the loop's valve [% of span], or refuse a valve without them."""
-    found = stiction_of(loop.valve)
-    if found is None:
+    stiction = stiction_of(loop.valve)
+    if stiction is None:
         raise ParameterError(
             f"The valve {type(loop.valve).__name__} has no S and J, and every remedy needs them; give a sticky valve: "
             "Stenman, Kano, Choudhury, He, HeWang or Srinivasan."
         )
-    return found
+    return stiction
 
 
 def _progress_counter(progress: Callable[[int, int], Any] | None, total: int) -> Callable[[], None]:

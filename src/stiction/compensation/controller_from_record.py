@@ -38,22 +38,22 @@ MAX_RESIDUAL_RATIO = 0.7
 """Largest unexplained share with a filtered derivative, relative to that with an unfiltered one, to be accepted [-]."""
 
 
-def controller_from_record(segment: JudgedSegment, found: ControllerFit) -> tuple[PID, bool]:
+def controller_from_record(segment: JudgedSegment, fit: ControllerFit) -> tuple[PID, bool]:
     """Identify the controller of a record.
 
-    `segment`: the judged part of the record. `found`: the controller fitted to it, without a filtered derivative. Gives
+    `segment`: the judged part of the record. `fit`: the controller fitted to it, without a filtered derivative. Gives
     the controller, limited to 0..100 % if the OP stays within; and whether the record has the controller's own sampling
     period. Raises RecordError when no controller explains the OP.
     """
-    record, exact = segment.part, found.exact
+    record, exact = segment.part, fit.exact
     options = {"op_limits": _op_limits(record.op)}
-    set_point_weights = {"b": 0.0 if found.form.startswith("I-P") else 1.0, "c": 0.0 if "-" in found.form else 1.0}
-    pid, share = None, found.explained
-    if found.form == "I":
-        pid = PID(INTEGRAL_ONLY_TIME * found.Ki * record.dt, INTEGRAL_ONLY_TIME * record.dt, **options)  # type: ignore[arg-type]
-    elif found.Kc and found.Ti > 0.0 and found.Td >= 0.0:
-        pid = PID(found.Kc, found.Ti, found.Td, **set_point_weights, **options)  # type: ignore[arg-type]
-    if "D" in found.form or share < MIN_EXPLAINED_SHARE:
+    set_point_weights = {"b": 0.0 if fit.form.startswith("I-P") else 1.0, "c": 0.0 if "-" in fit.form else 1.0}
+    pid, share = None, fit.explained
+    if fit.form == "I":
+        pid = PID(INTEGRAL_ONLY_TIME * fit.Ki * record.dt, INTEGRAL_ONLY_TIME * record.dt, **options)  # type: ignore[arg-type]
+    elif fit.Kc and fit.Ti > 0.0 and fit.Td >= 0.0:
+        pid = PID(fit.Kc, fit.Ti, fit.Td, **set_point_weights, **options)  # type: ignore[arg-type]
+    if "D" in fit.form or share < MIN_EXPLAINED_SHARE:
         lagged, better, plain = _fit_filtered_derivative(segment, options)
         if lagged is not None and better >= MIN_EXPLAINED_SHARE and 1.0 - better < MAX_RESIDUAL_RATIO * (1.0 - plain):
             pid, share, exact = lagged, better, True

@@ -39,11 +39,13 @@ def periodic_part(op: NDArray[np.float64], x: NDArray[np.float64], samples: floa
     """
     periodic = np.zeros(x.size)
     wave = about_drift(smooth(op, samples / 4.0), samples)
-    found = average_by_phase(x, wave, samples)
-    if found.n_cycles < MIN_CYCLES:
+    averages = average_by_phase(x, wave, samples)
+    if averages.n_cycles < MIN_CYCLES:
         return periodic
     # The mean of n cycles contains 1 / n of the variance of the part that does not repeat; this share is removed.
-    rest = float(np.var(x[found.inside] - found.means[found.place])) * found.means.size / found.inside.size
-    share = max(1.0 - rest / max(float(np.mean(found.means**2)), 1e-300), 0.0)
-    periodic[found.inside] = share * found.values()
+    rest = (
+        float(np.var(x[averages.inside] - averages.means[averages.place])) * averages.means.size / averages.inside.size
+    )
+    share = max(1.0 - rest / max(float(np.mean(averages.means**2)), 1e-300), 0.0)
+    periodic[averages.inside] = share * averages.values()
     return periodic

@@ -165,11 +165,11 @@ def _start_load(loop: Loop, n: int, length: int) -> NDArray[np.float64]:
 
     A stem that only rests and jumps would return to exactly that position. A constant load of half a jump prevents it.
     """
-    found, load = continuous_form(loop.valve), np.zeros(n)
-    if found is not None and found.staircase:
-        load += found.jump / 2.0
+    continuous, load = continuous_form(loop.valve), np.zeros(n)
+    if continuous is not None and continuous.staircase:
+        load += continuous.jump / 2.0
     S = (stiction_of(loop.valve) or (ASSUMED_S_PERCENT, 0.0))[0]
-    load[: max(length, 3)] += max(0.7 * S, 0.0 if found is None else START_LOAD_FACTOR * found.sb)
+    load[: max(length, 3)] += max(0.7 * S, 0.0 if continuous is None else START_LOAD_FACTOR * continuous.sb)
     return load
 
 

@@ -24,15 +24,15 @@ def templates() -> jinja2.Environment:
     """Return the templates of the compensators, with filters for literals."""
     import jinja2
 
-    found = jinja2.Environment(
+    environment = jinja2.Environment(
         loader=jinja2.PackageLoader("stiction.compensation", "iec"),
         autoescape=False,
         trim_blocks=True,
         lstrip_blocks=True,
         undefined=jinja2.StrictUndefined,
     )
-    found.filters.update(lreal=format_lreal, dint=format_dint)
-    return found
+    environment.filters.update(lreal=format_lreal, dint=format_dint)
+    return environment
 
 
 def format_lreal(value: float) -> str:

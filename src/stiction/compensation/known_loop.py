@@ -28,20 +28,20 @@ def values_from_diagnosis(diagnosis: Diagnosis) -> tuple[dict[str, Any], list[st
 
     try:
         if diagnosis.verdict == "no_stiction":
-            found, remarks = _of_identification(diagnosis)
+            known, remarks = _of_identification(diagnosis)
         else:
-            found, remarks = _of_twin(build_twin(diagnosis))
+            known, remarks = _of_twin(build_twin(diagnosis))
     except (RecordError, ParameterError) as error:
-        found, remarks = _of_identification(diagnosis)
+        known, remarks = _of_identification(diagnosis)
         remarks.insert(0, f"The simulated loop was not compared with the record: {error}")
-    if found.get("Kc", 0.0) * found.get("gain", 0.0) < 0.0:
-        found["gain"] = -found["gain"]
+    if known.get("Kc", 0.0) * known.get("gain", 0.0) < 0.0:
+        known["gain"] = -known["gain"]
         remarks.append(
             "The identified process gain has the wrong sign for the identified controller, so its sign was changed. "
             "Enter your "
             "process gain if you know it."
         )
-    return found, remarks
+    return known, remarks
 
 
 def _of_twin(twin: Twin) -> tuple[dict[str, Any], list[str]]:

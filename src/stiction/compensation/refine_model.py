@@ -73,22 +73,24 @@ class RefinedModel(NamedTuple):
     """Standard deviation of the white part of the residual [PV units]."""
 
 
-def refine_model(record: LoopRecord, found: Identification, period: float, *, cycles: bool = True) -> RefinedModel:
+def refine_model(
+    record: LoopRecord, identification: Identification, period: float, *, cycles: bool = True
+) -> RefinedModel:
     """Fit valve and process to the PV, starting from the identified ones.
 
-    `record`: the judged part of a record, without gaps in OP and PV. `found`: valve and process identified from it.
-    `period`: period of the oscillation [s]. `cycles`: whether the oscillation is regular: then the periodic part of the
-    residual is model error and is removed. Returns the best fit; the identified model when no other explains more.
-    Raises RecordError when the identified valve does not move in these samples.
+    `record`: the judged part of a record, without gaps in OP and PV. `identification`: valve and process identified
+    from it. `period`: period of the oscillation [s]. `cycles`: whether the oscillation is regular: then the periodic
+    part of the residual is model error and is removed. Returns the best fit; the identified model when no other
+    explains more. Raises RecordError when the identified valve does not move in these samples.
     """
-    view = _SearchData(record, found.process.integrating, period)
-    if found.by_position:
-        view.stem = found.mv[view.cut]
-        best = view.with_process(found.S, found.J / found.S)
+    view = _SearchData(record, identification.process.integrating, period)
+    if identification.by_position:
+        view.stem = identification.mv[view.cut]
+        best = view.with_process(identification.S, identification.J / identification.S)
         before = view.error(best)
         best, least = _search(view, best, first=2)
     else:
-        best, least, before = _search_valve_and_process(view, found)
+        best, least, before = _search_valve_and_process(view, identification)
     gain, mv, residual = view.gain_and_residual(best)
     if gain == 0.0:
         raise RecordError(
@@ -112,9 +114,14 @@ def refine_model(record: LoopRecord, found: Identification, period: float, *, cy
     )
 
 
-def _search_valve_and_process(view: _SearchData, found: Identification) -> tuple[NDArray[np.float64], float, float]:
+def _search_valve_and_process(
+    view: _SearchData, identification: Identification
+) -> tuple[NDArray[np.float64], float, float]:
     """Return the best parameters, their error, and the error of the identified valve."""
-    starts = [view.with_process(found.S, ratio) for ratio in (min(max(found.J / found.S, 0.0), 1.0), *JUMP_RATIOS)]
+    starts = [
+        view.with_process(identification.S, ratio)
+        for ratio in (min(max(identification.J / identification.S, 0.0), 1.0), *JUMP_RATIOS)
+    ]
     errors = [view.error(start) for start in starts]
     first, _ = min((_search(view, starts[k]) for k in np.argsort(errors)[:MAX_SEARCHES]), key=lambda one: one[1])
     results = []

@@ -139,10 +139,11 @@ class CompensationTrial(ResultDisplay, kind="trial"):
 
     def __getitem__(self, name: str) -> RemedyTrial:
         """Return the trial of the remedy `name`."""
-        for one in self.remedies:
-            if one.name == name:
-                return one
-        raise KeyError(f"{name!r} was not tried; use one of {', '.join(one.name for one in self.remedies) or 'none'}.")
+        for remedy in self.remedies:
+            if remedy.name == name:
+                return remedy
+        tried = ", ".join(remedy.name for remedy in self.remedies)
+        raise KeyError(f"{name!r} was not tried; use one of {tried or 'none'}.")
 
     def summary(self) -> str:
         """Return the recommendation, its risk, and a table of all remedies as text."""
@@ -151,11 +152,11 @@ class CompensationTrial(ResultDisplay, kind="trial"):
         head = f"{self.tag}: {self.reason} {self.risk}".rstrip()
         now = self[NO_ACTION].behaviour
         rows = [f"{'remedy':<24}{'PV std':>9}{'offset':>9}{'travel':>9}{'reversals':>11}{'worst':>7}{'cost':>7}"]
-        for one in self.remedies:
-            b = one.behaviour
+        for remedy in self.remedies:
+            b = remedy.behaviour
             rows.append(
-                f"{one.name:<24}{b.pv_std / max(now.pv_std, 1e-300):>9.2f}{b.offset / max(now.pv_std, 1e-300):>9.2f}"
+                f"{remedy.name:<24}{b.pv_std / max(now.pv_std, 1e-300):>9.2f}{b.offset / max(now.pv_std, 1e-300):>9.2f}"
                 f"{b.travel / max(now.travel, 1e-300):>9.2f}{b.reversals / max(now.reversals, 1e-300):>11.2f}"
-                f"{one.worst:>7.2f}{one.cost:>7.2f}"
+                f"{remedy.worst:>7.2f}{remedy.cost:>7.2f}"
             )
         return "\n".join([head, *rows, "(relative to doing nothing; offset relative to the PV std of doing nothing)"])

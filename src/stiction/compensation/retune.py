@@ -265,10 +265,10 @@ def _valve_band(valve: Valve) -> float:
     """Return S of the valve [% of span], or J when S is 0; 1 for a valve that does not stick."""
     if is_frictionless(valve):
         return 1.0
-    found = stiction_of(valve)
-    if found is None:
+    stiction = stiction_of(valve)
+    if stiction is None:
         raise ParameterError(
             f"The valve {type(valve).__name__} has no S and J, and retuning needs them; give another valve, such as "
             "Kano(S, J)."
         )
-    return found[0] or found[1]
+    return stiction[0] or stiction[1]

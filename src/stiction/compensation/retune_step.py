@@ -99,16 +99,16 @@ def _no_step(quiet: Loop, controller: PID, why: str) -> Retuning:
     """The result with a setting, and why it is the present one."""
     loop = replace_parts(quiet, controller=controller)
     cycles = predict_limit_cycles(loop, exact=False)
-    stable = sum(1 for one in cycles if one.kind == "cycle" and one.stable is not False)
+    stable = sum(1 for cycle in cycles if cycle.kind == "cycle" and cycle.stable is not False)
     reason = f"Retuning does not help: {why}."
     return Retuning(controller, True, describing_function_margin(loop), stable, 0.0, (), reason)
 
 
 def _deviations(loop: Loop, pid: PID, period: float) -> tuple[np.ndarray, float]:
     """PV deviation for each of `JUMP_RATIOS` [PV units], and the mean stem travel [% of span per h]."""
-    found = stiction_of(loop.valve)
-    assert found is not None
-    S, n = found[0] or found[1], max(round(PERIODS * period / loop.dt), 400)
+    stiction = stiction_of(loop.valve)
+    assert stiction is not None
+    S, n = stiction[0] or stiction[1], max(round(PERIODS * period / loop.dt), 400)
     load = S * np.repeat(LOADS_OVER_S, -(-n // len(LOADS_OVER_S)))[:n]
     load[: max(round(period / 3.0 / loop.dt), 3)] += 0.7 * S
     deviations, travels = [], []

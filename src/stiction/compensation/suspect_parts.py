@@ -69,11 +69,11 @@ PLAY_PARTS = (
 )
 
 
-def rank_suspects(found: Identification | None, unit: str = "%") -> tuple[tuple[SuspectPart, ...], str]:
+def rank_suspects(identification: Identification | None, unit: str = "%") -> tuple[tuple[SuspectPart, ...], str]:
     """List the parts to check, the most likely first, and give the reason for the order.
 
-    `found`: the identified valve; None gives the customary order. `unit`: unit of J, as written after a number. Gives
-    the parts; the reason for the order, as a sentence.
+    `identification`: the identified valve; None gives the customary order. `unit`: unit of J, as written after a
+    number. Returns the parts, and the reason for the order as a sentence.
 
     Examples
     --------
@@ -82,18 +82,18 @@ def rank_suspects(found: Identification | None, unit: str = "%") -> tuple[tuple[
     ('Packing (too tight, dried out, wrong kind)', 'The record does not show whether it is friction or play.')
     """
     friction_first = FRICTION_PARTS + POSITIONER_PARTS + ACTUATOR_PARTS + PLAY_PARTS
-    if found is None or not found.S > 0.0:
+    if identification is None or not identification.S > 0.0:
         return friction_first, "The record does not show whether it is friction or play."
-    if found.J_low > MAX_PLAY_RATIO * found.S:
+    if identification.J_low > MAX_PLAY_RATIO * identification.S:
         return (
             friction_first,
-            f"The stem jumps (J is {found.J_low:.2g} {unit} or more): check for friction before play.",
+            f"The stem jumps (J is {identification.J_low:.2g} {unit} or more): check for friction before play.",
         )
-    if found.J_high < MAX_PLAY_RATIO * found.S:
+    if identification.J_high < MAX_PLAY_RATIO * identification.S:
         return (
             PLAY_PARTS + POSITIONER_PARTS + FRICTION_PARTS + ACTUATOR_PARTS,
-            f"The stem hardly jumps (J is at most {found.J_high:.2g} {unit}): check for play before friction.",
+            f"The stem hardly jumps (J is at most {identification.J_high:.2g} {unit}): check for play before friction.",
         )
     return friction_first, (
-        f"J is between {found.J_low:.2g} and {found.J_high:.2g} {unit}: it can be friction or play."
+        f"J is between {identification.J_low:.2g} and {identification.J_high:.2g} {unit}: it can be friction or play."
     )

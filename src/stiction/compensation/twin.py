@@ -140,20 +140,20 @@ def build_twin(diagnosis: Diagnosis, controller: PID | None = None) -> Twin:
     RecordError when valve, process or controller was not identified, OP does not oscillate, or the identified valve
     does not move.
     """
-    found, tag = diagnosis.identification, diagnosis.record.tag
-    if found is None:
+    identification, tag = diagnosis.identification, diagnosis.record.tag
+    if identification is None:
         raise RecordError("valve and process were not identified, so the loop cannot be simulated.", where=tag)
     segment, record, pv = diagnosis.segment, diagnosis.segment.part, diagnosis.segment.pv
     scale = _time_scale(segment)
     pid, finer = (controller, 1) if controller is not None else _find_controller(diagnosis)
-    better = refine_model(record, found, scale, cycles=diagnosis.oscillation.oscillating)
+    better = refine_model(record, identification, scale, cycles=diagnosis.oscillation.oscillating)
     sp = pv if record.sp is None else record.sp
     level, op = float(np.mean(sp)), float(np.mean(better.mv))
     moves = np.zeros(1) if record.sp is None else sp - level
     loop = Loop(pid, Kano(better.S, better.J), better.process, record.dt / finer, noise=better.noise)
     inputs = ExternalInputs(moves, better.residual, record.dt)
     measured = measure_cycle(record, scale)
-    changes = _describe_changes(found, better)
+    changes = _describe_changes(identification, better)
     if not measured.period > 0.0:
         raise RecordError("OP does not oscillate, so a simulation cannot be compared with the record.", where=tag)
     cycle, spread, run = simulate_cycle(loop, level, op, scale, inputs)
@@ -248,14 +248,14 @@ def _compare_cycles(a: Cycle, b: Cycle, spread: float) -> tuple[bool, str]:
     return True, "The simulated loop oscillates like the record."
 
 
-def _describe_changes(found: Identification, better: RefinedModel) -> tuple[str, ...]:
+def _describe_changes(identification: Identification, better: RefinedModel) -> tuple[str, ...]:
     """List the values that the open-loop fit changed by more than 2 %, and a second lag."""
     compared = (
-        ("S", "%", found.S, better.S),
-        ("J", "%", found.J, better.J),
-        ("dead time", "s", found.process.dead_time, better.process.dead_time),
+        ("S", "%", identification.S, better.S),
+        ("J", "%", identification.J, better.J),
+        ("dead time", "s", identification.process.dead_time, better.process.dead_time),
     )
-    least = {"dead time": max(0.01 * found.process.time_constant, 1e-6)}
+    least = {"dead time": max(0.01 * identification.process.time_constant, 1e-6)}
     changes = [
         f"{name} {a:.3g} to {b:.3g} {unit}"
         for name, unit, a, b in compared

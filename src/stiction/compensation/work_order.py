@@ -142,22 +142,22 @@ def work_order(diagnosis: Diagnosis, trial: CompensationTrial | None = None) -> 
     'Work order: control valve of FIC-101, repair'
     """
     require_kind("diagnosis", diagnosis, Diagnosis, "the result of st.diagnose(record)")
-    verdict, found, percent = diagnosis.verdict, _identified_valve(diagnosis), diagnosis.record.op_in_percent
+    verdict, valve, percent = diagnosis.verdict, _identified_valve(diagnosis), diagnosis.record.op_in_percent
     if verdict == "no_stiction":
         raise ParameterError(
             f"{diagnosis.record.tag}: no work order, because the verdict is no stiction (probability of stiction "
             f"{format_probability(diagnosis.probability)}). {diagnosis.action}"
         )
     op = _usual_op(diagnosis)
-    S = found.S if found and percent else math.inf
-    first = diagnosis.valve_test or plan_confirming_ramp(op, found.S if found and percent else ASSUMED_S_PERCENT)
+    S = valve.S if valve and percent else math.inf
+    first = diagnosis.valve_test or plan_confirming_ramp(op, valve.S if valve and percent else ASSUMED_S_PERCENT)
     stairs = plan_staircase(
-        op, max(found.S, min(found.S_high, 2.0 * found.S)) if found and percent else ASSUMED_S_PERCENT
+        op, max(valve.S, min(valve.S_high, 2.0 * valve.S)) if valve and percent else ASSUMED_S_PERCENT
     )
     before = (first, stairs) if stairs else (first,)
-    parts, why = rank_suspects(found, diagnosis.record.op_unit_short)
+    parts, why = rank_suspects(valve, diagnosis.record.op_unit_short)
     nan = math.nan
-    size = (found.S, found.S_low, found.S_high, found.J, found.J_low, found.J_high) if found and percent else (nan,) * 6
+    size = (valve.S, valve.S_low, valve.S_high, valve.J, valve.J_low, valve.J_high) if valve and percent else (nan,) * 6
     ask = "test before any repair" if verdict == "undecided" else "repair"
     return WorkOrder(
         diagnosis.record.tag,
@@ -183,8 +183,8 @@ def work_order(diagnosis: Diagnosis, trial: CompensationTrial | None = None) -> 
 
 def _identified_valve(diagnosis: Diagnosis) -> Identification | None:
     """Return the identified valve if it has an S."""
-    found = diagnosis.identification
-    return found if found is not None and found.S > 0.0 else None
+    identification = diagnosis.identification
+    return identification if identification is not None and identification.S > 0.0 else None
 
 
 def _usual_op(diagnosis: Diagnosis) -> float:
@@ -203,20 +203,20 @@ def _describe_record(diagnosis: Diagnosis) -> str:
 
 
 def _findings(diagnosis: Diagnosis, op: float) -> tuple[str, ...]:
-    record, found, cycle = diagnosis.record, _identified_valve(diagnosis), diagnosis.oscillation
+    record, valve, cycle = diagnosis.record, _identified_valve(diagnosis), diagnosis.oscillation
     verdict = "the valve sticks" if diagnosis.verdict == "stiction" else "cannot tell"
     lines = [
         f"Verdict: {verdict}; probability of stiction {format_probability(diagnosis.probability)}.",
         diagnosis.reason,
     ]
-    if found:
-        S = _format_with_interval("S", found.S, found.S_low, found.S_high, record.op_unit)
-        J = _format_with_interval("J", found.J, found.J_low, found.J_high, record.op_unit)
+    if valve:
+        S = _format_with_interval("S", valve.S, valve.S_low, valve.S_high, record.op_unit)
+        J = _format_with_interval("J", valve.J, valve.J_low, valve.J_high, record.op_unit)
         lines += [
             f"At each reversal, OP travels {S} before the stem moves.",
             f"When the stem breaks loose, it jumps by {J}.",
         ]
-        lines += [f"Limitation: {found.reason}"] if found.reason else []
+        lines += [f"Limitation: {valve.reason}"] if valve.reason else []
     if cycle.oscillating and math.isfinite(cycle.period):
         day = 2.0 * 86400.0 / cycle.period
         lines.append(
@@ -242,11 +242,11 @@ def _format_with_interval(name: str, value: float, low: float, high: float, unit
 
 def _to_fill_in(diagnosis: Diagnosis) -> tuple[str, ...]:
     lines = ["Make, type and size of valve, actuator, positioner", "Last service and what was done"]
-    found = _identified_valve(diagnosis)
-    if found and not diagnosis.record.op_in_percent:
+    valve = _identified_valve(diagnosis)
+    if valve and not diagnosis.record.op_in_percent:
         lines.append(f"OP at 0 % and at 100 % of span (the tests are planned for S up to {ASSUMED_S_PERCENT:g} %)")
-    elif found:
-        lines.append(f"Stroke in mm (S is {found.S / 100.0:.3g}, J {found.J / 100.0:.3g} of the stroke)")
+    elif valve:
+        lines.append(f"Stroke in mm (S is {valve.S / 100.0:.3g}, J {valve.J / 100.0:.3g} of the stroke)")
     else:
         lines.append(
             f"S and J in % of span (not identified; the tests are planned for S up to {ASSUMED_S_PERCENT:g} %)"

@@ -40,13 +40,13 @@ def records_html(records: Any) -> str:
     """Return the card of Records: one line for each loop."""
     rows = [
         (
-            one.tag,
-            one.loop_type or "",
-            count_noun(len(one), "sample"),
-            format_seconds(one.duration),
-            format_time(one.start),
+            record.tag,
+            record.loop_type or "",
+            count_noun(len(record), "sample"),
+            format_seconds(record.duration),
+            format_time(record.start),
         )
-        for one in records[:MAX_LISTED]
+        for record in records[:MAX_LISTED]
     ]
     more = len(records) - len(rows)
     rest = [paragraph(f"and {count_noun(more, 'more loop')}")] if more else []

@@ -47,12 +47,12 @@ class TaggedList(list[T]):
             return type(self)(super().__getitem__(key))
         if not isinstance(key, str):
             return super().__getitem__(key)
-        found = [k for k, tag in enumerate(self.tags) if tag == key]
-        if len(found) == 1:
-            return super().__getitem__(found[0])
-        if found:
-            numbers = ", ".join(map(str, found))
-            raise ParameterError(f"{len(found)} {self._noun}s have the tag {key!r}; give a number: {numbers}.")
+        places = [k for k, tag in enumerate(self.tags) if tag == key]
+        if len(places) == 1:
+            return super().__getitem__(places[0])
+        if places:
+            numbers = ", ".join(map(str, places))
+            raise ParameterError(f"{len(places)} {self._noun}s have the tag {key!r}; give a number: {numbers}.")
         close = get_close_matches(key, self.tags, 1) or self.tags[:1]
         hint = f"; give one of the {len(self)} tags, for example {close[0]!r}" if close else ""
         raise ParameterError(f"No {self._noun} has the tag {key!r}{hint}.")

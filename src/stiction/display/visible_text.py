@@ -21,6 +21,6 @@ def visible(text: str) -> str:
     return _OBEYED.sub(_as_code, text)
 
 
-def _as_code(found: re.Match[str]) -> str:
-    number = ord(found[0])
+def _as_code(match: re.Match[str]) -> str:
+    number = ord(match[0])
     return f"\\x{number:02x}" if number < 256 else f"\\u{number:04x}"

@@ -233,7 +233,7 @@ def _run_in_threads(
 
     def work(first: int) -> int:
         cut = slice(first, min(first + _STARTS_PER_BLOCK, n))
-        run_block(m.packed, _Starts(*(one[cut] for one in starts)), limits, m.memory, out[cut])
+        run_block(m.packed, _Starts(*(start[cut] for start in starts)), limits, m.memory, out[cut])
         return cut.stop - cut.start
 
     done = 0

@@ -184,19 +184,19 @@ class RecordBuilder:
             default = method.get(role, "last" if role == "op" else self.options.align or "last")
             series.append(TagSeries(column_label(column), column.clock.stamps, values.get(role), default))
         table = columns["op"].table
-        found = align_tags(
+        aligned = align_tags(
             series,
             dt=self.options.dt,
             max_gap=self.options.max_gap,
             name=table.origin.name,
             first_line=table.first_line,
         )
-        signals = {role: x for role, x in zip(tags, found.values, strict=True) if x is not None}
+        signals = {role: x for role, x in zip(tags, aligned.values, strict=True) if x is not None}
         states = find_bad_values(signals)
         signals = {role: np.where(states.masks[role], np.nan, x) for role, x in signals.items()}
-        notes = [*found.notes, *states.notes]
-        auto = _automatic(loop, found.rows[list(tags).index("mode")], notes) if "mode" in tags else None
-        held = {role: n for role, n in zip(tags, found.held_samples, strict=True) if role in ("op", "pv")}
+        notes = [*aligned.notes, *states.notes]
+        auto = _automatic(loop, aligned.rows[list(tags).index("mode")], notes) if "mode" in tags else None
+        held = {role: n for role, n in zip(tags, aligned.held_samples, strict=True) if role in ("op", "pv")}
         seconds = {role: clock.stamps.seconds for role in held if (clock := tags[role].clock)}
         changing = [role for role, times in seconds.items() if is_stored_on_change(values[role], times)]
         if changing:
@@ -204,7 +204,7 @@ class RecordBuilder:
             notes.append(f"{named}: stored only when it had changed, so it is held until the next value.")
         most = max(held.values())
         unchanged = most - max((n for role, n in held.items() if role not in changing), default=0)
-        return replace(found, notes=notes), signals, auto, most, unchanged
+        return replace(aligned, notes=notes), signals, auto, most, unchanged
 
 
 def _relative_spread(column: TagColumn, averages: NDArray[np.float64]) -> float:

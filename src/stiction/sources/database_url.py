@@ -48,10 +48,10 @@ def show_url(url: str) -> str:
 
 def hide_password(text: str, url: str) -> str:
     """Give a text, such as the message of a driver, with ``***`` in place of the passwords of a URL in any writing."""
-    found = [match["secret"] for match in _SECRET_OPTION.finditer(url)]
+    secrets = [match["secret"] for match in _SECRET_OPTION.finditer(url)]
     if match := _PASSWORD.match(url):
-        found += [match["secret"], match["secret"].split("@")[0]]
-    plain = {form for secret in found for form in (secret, unquote(secret), unquote_plus(secret))}
+        secrets += [match["secret"], match["secret"].split("@")[0]]
+    plain = {form for secret in secrets for form in (secret, unquote(secret), unquote_plus(secret))}
     forms = {form for one in plain for form in (one, quote(one), quote(one, safe=""), quote_plus(one), repr(one)[1:-1])}
     for form in sorted(forms - {""}, key=len, reverse=True):
         text = re.sub(re.escape(form), "***", text, flags=re.IGNORECASE)

@@ -77,9 +77,9 @@ def find_loops(source: Any, options: ReadOptions, **database: Any) -> Loops:
         return _find_in_files(list_paths(source), options, rows)
     else:
         tables = [frame_to_table(source)]
-    found = read_layout(tables, options)
-    roles = assign_roles(found, options, rows, tables[0].origin.name)
-    return Loops(options, roles, columns=found)
+    found_columns = read_layout(tables, options)
+    roles = assign_roles(found_columns, options, rows, tables[0].origin.name)
+    return Loops(options, roles, columns=found_columns)
 
 
 def _find_in_files(paths: list[Any], options: ReadOptions, rows: Sequence[MapRow] | None) -> Loops:
@@ -124,7 +124,7 @@ def _open_path(path: Any, options: ReadOptions, rows: Sequence[MapRow] | None, *
             raise
         return [_File(path, source_name(path), failure=failure_of(error, source_name(path)))]
     several = several or len(sources) > 1
-    return [_open_alone(path, one, options, rows, several=several) for one in sources]
+    return [_open_alone(path, source, options, rows, several=several) for source in sources]
 
 
 def _open_alone(
@@ -177,7 +177,7 @@ def _in_one_zone(
     if not zoned or not naive or options.timezone is not None:
         return files, {}
     cells = (cell for row in zoned[0].loops[0].roles["op"].table.sample for cell in row)
-    zone = next((found[1] for cell in cells if (found := _OFFSET.search(cell))), "UTC")
+    zone = next((match[1] for cell in cells if (match := _OFFSET.search(cell))), "UTC")
     again = replace(options, timezone=zone)
     opened: list[_File] = []
     for name, same in groupby(files, lambda file: source_name(file.path)):

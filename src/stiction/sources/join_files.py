@@ -63,13 +63,15 @@ def complete_loops(
     if len({id(column.table) for column in pool}) < 2:
         return [], None
     try:
-        found = assign_roles(_join_pieces(pool), replace(options, tag=None), rows, pool[0].table.origin.name)
+        joined_loops = assign_roles(_join_pieces(pool), replace(options, tag=None), rows, pool[0].table.origin.name)
     except RecordError as error:
         return [], error
     together = []
-    for loop in found:
+    for loop in joined_loops:
         files = list(
-            dict.fromkeys(part.table.origin.name for one in loop.roles.values() for part in one.parts or (one,))
+            dict.fromkeys(
+                part.table.origin.name for column in loop.roles.values() for part in column.parts or (column,)
+            )
         )
         if len(files) > 1:
             together.append(loop)
@@ -118,10 +120,10 @@ def join_same_tags(loops: Sequence[LoopRoles]) -> list[LoopRoles]:
     for loop in loops:
         groups[loop.tag.casefold() or id(loop)].append(loop)
     clocks: dict[tuple[int, ...], Clock] = {}
-    found: list[LoopRoles] = []
+    kept: list[LoopRoles] = []
     for group in groups.values():
         if len(group) == 1:
-            found += group
+            kept += group
             continue
         by_table = {id(loop.roles["op"].table): loop for loop in group}
         chains, differ = _chains([loop.roles for loop in group])
@@ -133,7 +135,7 @@ def join_same_tags(loops: Sequence[LoopRoles]) -> list[LoopRoles]:
             if len(parts) > 1:
                 note = f"{count_noun(len(parts), 'file')} of {first.tag} were joined, as their times follow each other "
                 note += f"or their values are equal: {list_first(names, MAX_LISTED)}."
-                notes = dict.fromkeys(text for one in parts for text in [*one.notes, *one.roles["op"].table.notes])
+                notes = dict.fromkeys(text for part in parts for text in [*part.notes, *part.roles["op"].table.notes])
                 first = replace(first, roles=_concat(chain, clocks), notes=[*notes, note])
             joined.append((first, names))
         for (loop, names), short in zip(joined, _short_names([names[0] for _, names in joined]), strict=True):
@@ -145,8 +147,8 @@ def join_same_tags(loops: Sequence[LoopRoles]) -> list[LoopRoles]:
                 note = f"{others} has another record of {loop.tag}, which is not joined to this one: "
                 note += "its times do not follow, or its unit, scale or sampling period differs."
                 loop = replace(loop, notes=[*loop.notes, note])
-            found.append(loop)
-    return found
+            kept.append(loop)
+    return kept
 
 
 def _chains(group: Sequence[Columns]) -> tuple[list[list[Columns]], bool]:
@@ -254,11 +256,11 @@ def _concat_clocks(clocks: Sequence[Clock]) -> Clock:
         stamps = [clock.stamps for clock in clocks]
         return replace(
             stamps[0],
-            seconds=np.concatenate([one.seconds for one in stamps]),
-            notes=list(dict.fromkeys(note for one in stamps for note in one.notes)),
-            resolution=max(one.resolution for one in stamps),
-            clock_jumps=sum(one.clock_jumps for one in stamps),
-            dst_changes=sum(one.dst_changes for one in stamps),
+            seconds=np.concatenate([stamp.seconds for stamp in stamps]),
+            notes=list(dict.fromkeys(note for stamp in stamps for note in stamp.notes)),
+            resolution=max(stamp.resolution for stamp in stamps),
+            clock_jumps=sum(stamp.clock_jumps for stamp in stamps),
+            dst_changes=sum(stamp.dst_changes for stamp in stamps),
         )
 
     return Clock(parse)

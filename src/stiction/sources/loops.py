@@ -119,7 +119,7 @@ class Loops:
         notes = [f"Left out: {failure.error}" for failure in failures[:MAX_NOTED_FAILURES]]
         if more := len(failures) - len(notes):
             notes.append(f"Left out: {count_noun(more, 'more file or loop', 'more files or loops')}.")
-        return [_with_provenance(one, assumptions=(*one.provenance.assumptions, *notes)) for one in records]
+        return [_with_provenance(record, assumptions=(*record.provenance.assumptions, *notes)) for record in records]
 
     def _fit_into_memory(self, loop: LoopRoles) -> None:
         """Leave out the first rows of a table of which one loop alone takes too much memory."""
@@ -178,8 +178,8 @@ def _link_cascades(records: list[LoopRecord], loops: list[LoopRoles]) -> list[Lo
     from stiction.sources.roles.cascade import find_secondary_tags
 
     masters = {loop.tag: loop.master for loop in loops if loop.master}
-    found = find_secondary_tags(records, masters)
-    return [_with_provenance(record, secondary_tag=name) for record, name in zip(records, found, strict=True)]
+    secondary_tags = find_secondary_tags(records, masters)
+    return [_with_provenance(record, secondary_tag=name) for record, name in zip(records, secondary_tags, strict=True)]
 
 
 def _with_provenance(record: LoopRecord, **changes: Any) -> LoopRecord:

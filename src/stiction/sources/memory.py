@@ -31,8 +31,8 @@ def parse_memory(given: str | float) -> int:
     >>> parse_memory("2GB"), parse_memory(5e8)
     (2000000000, 500000000)
     """
-    found = re.fullmatch(r"(\d+(?:\.\d*)?(?:e\d+)?) ?([KMGT]?)i?B?", str(given).strip(), re.IGNORECASE)
-    size = int(float(found[1]) * UNITS[found[2].upper()]) if found else 0
+    match = re.fullmatch(r"(\d+(?:\.\d*)?(?:e\d+)?) ?([KMGT]?)i?B?", str(given).strip(), re.IGNORECASE)
+    size = int(float(match[1]) * UNITS[match[2].upper()]) if match else 0
     if size <= BASE_BYTES:
         problem = f" = {given!r} is not an amount above {BASE_BYTES / 1e9:g} GB"
         raise ParameterError(Setting("max_memory"), problem, remedy="give it as 2GB")

@@ -62,8 +62,8 @@ def records_of_loop(source: Any, tag: str | None = None) -> Any:
     if len(loops.tags) == 1 and tag is not None:  # a source with one loop without a name
         loops, numbers = open_loops(source, tag=tag), [0]
     _require_one({loops.tags[k] for k in numbers}, loops.tags, tag, name)
-    found = [loops.read_one(k) for k in numbers]
-    return found[0] if len(found) == 1 else found
+    records = [loops.read_one(k) for k in numbers]
+    return records[0] if len(records) == 1 else records
 
 
 def _require_one(chosen: set[str], tags: list[str], tag: str | None, source: str) -> None:

@@ -59,14 +59,14 @@ def parse_signals(loop: LoopRoles, columns: dict[str, TagColumn], options: ReadO
     notes: list[str] = []
     for role, column in columns.items():
         decimal, where = column.table.decimal, f"{column.table.origin.name}, column {column_label(column)}"
-        found = parse_numbers(
+        numbers = parse_numbers(
             column.cells, decimal, where=where, decimal_is_given=decimal_is_given, unit=loop.unit_of(role)
         )
         if decimal_is_given:
-            refuse_other_decimal(found.texts, len(column.cells), decimal, where)
-        values[role], texts[role] = found.values, found.texts
-        units[role] = _one_unit(loop, role, found.unit)
-        notes += [f"{column_label(column)}: {found.note}"] if found.note else []
+            refuse_other_decimal(numbers.texts, len(column.cells), decimal, where)
+        values[role], texts[role] = numbers.values, numbers.texts
+        units[role] = _one_unit(loop, role, numbers.unit)
+        notes += [f"{column_label(column)}: {numbers.note}"] if numbers.note else []
         for k, (heading, load) in enumerate(column.flags.items()):
             flags[f"{role} {flag_role(heading, ()) or 'quality'} {k}"] = (heading, load())
     for role, column in loop.roles.items():

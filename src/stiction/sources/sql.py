@@ -123,7 +123,7 @@ def _select(
     statement = select(*chosen)
     if tags and roles["Tag"]:
         column = table.c[roles["Tag"]]
-        statement = statement.where(or_(*(column.startswith(one, autoescape=True) for one in tags)))
+        statement = statement.where(or_(*(column.startswith(tag, autoescape=True) for tag in tags)))
     if since is not None or until is not None:
         if time is None:
             raise ParameterError("since and until need the name of the time column", remedy=("give ", Setting("time")))
@@ -186,5 +186,5 @@ def _choose_columns(
             raise RecordError(f"{place} has no column {name!r}; it has {list_first(stored, MAX_NAMES)}.")
     if roles["Tag"] or wanted:
         return list(dict.fromkeys([*named, *wanted]))
-    of_tags = [name for name in stored if name.casefold().startswith(tuple(one.casefold() for one in tags))]
+    of_tags = [name for name in stored if name.casefold().startswith(tuple(tag.casefold() for tag in tags))]
     return list(dict.fromkeys([*named, *of_tags])) if tags and roles["Time"] and of_tags else list(stored)

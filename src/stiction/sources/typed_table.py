@@ -71,7 +71,7 @@ def typed_table(
         columns = [pl.lit("").alias(name) if name in unsampled else _to_plain_type(name, types[name]) for name in names]
         head = lazy.head(n_rows).select(columns).collect().with_columns(_to_text())
     sample = [list(cells) for cells in head.rows()]
-    header = [headings, *([[units.get(one, "") for one in headings]] if units.keys() & set(headings) else [])]
+    header = [headings, *([[units.get(heading, "") for heading in headings]] if units.keys() & set(headings) else [])]
     return RawTable(
         origin, header, sample, len(names), read, notes=list(notes), metadata=metadata or {}, count_rows=count_rows
     )

@@ -52,7 +52,7 @@ def _read_item(item: Any, name: str, max_bytes: int, depth: int) -> Any:
     values = item[()]
     if h5py.check_ref_dtype(item.dtype) is not None:
         references = values.T.ravel() if depth <= MAX_DEPTH else []
-        cells = [_read_item(item.file[one], name, max_bytes, depth + 1) for one in references if one]
+        cells = [_read_item(item.file[reference], name, max_bytes, depth + 1) for reference in references if reference]
         return cells if kind == b"cell" else _FieldOfArray(cells)
     if kind == b"char":
         rows = ["".join(map(chr, row)) for row in np.atleast_2d(values.T)]

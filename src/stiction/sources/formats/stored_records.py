@@ -59,15 +59,15 @@ def open_records(path: str | os.PathLike[str], keep: object = None) -> StoredRec
         if frame.select(pl.len()).collect().item() != sum(n_rows):
             return None
         starts = np.cumsum([0, *n_rows])[:-1].tolist()
-        found = StoredRecords(frame, [{**loop, "first_row": k} for loop, k in zip(loops, starts, strict=True)], keep)
-        tags = pl.Series(found.tags, dtype=pl.String).gather(np.repeat(np.arange(len(loops)), n_rows))
+        opened = StoredRecords(frame, [{**loop, "first_row": k} for loop, k in zip(loops, starts, strict=True)], keep)
+        tags = pl.Series(opened.tags, dtype=pl.String).gather(np.repeat(np.arange(len(loops)), n_rows))
         if not frame.select("tag").collect()["tag"].equals(tags):
             return None
         for loop in loops:
             _record(loop, pl.DataFrame(schema=dict.fromkeys(("op", *loop["signals"]), pl.Float64)))
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError, RecursionError, pl.exceptions.PolarsError):
         return None
-    return found
+    return opened
 
 
 def _record(stored: dict[str, Any], rows: pl.DataFrame) -> LoopRecord:

@@ -61,10 +61,10 @@ def _from_keyring(host: str) -> Credentials | None:
     except ImportError:
         return None
     try:
-        found = keyring.get_credential(f"stiction {host}", None)
+        credential = keyring.get_credential(f"stiction {host}", None)
     except Exception:  # a keyring without a backend raises its own errors
         return None
-    return None if found is None else Credentials(found.username, found.password)
+    return None if credential is None else Credentials(credential.username, credential.password)
 
 
 def _from_file(path: Path, host: str) -> Credentials:

@@ -148,14 +148,16 @@ def _find_tags(
     if rows is not None and not patterns:
         names, exact = [row.tag for row in rows], True
     else:
-        exact = bool(patterns) and all(re.search(r".=.", one) and not one.startswith("ns=") for one in patterns)
+        exact = bool(patterns) and all(
+            re.search(r".=.", pattern) and not pattern.startswith("ns=") for pattern in patterns
+        )
         names = patterns or ([f"{options.tag}*"] if options.tag else [])
-    found = client.find_tags(names, exact=exact)
-    if not found:
+    tags = client.find_tags(names, exact=exact)
+    if not tags:
         listed = ", ".join(names[:5])
         what = f"no tag matches {listed}" if names else "there is no tag"
         raise RecordError(f"{what}; check the names, and what this user may see.", where=source)
-    return found
+    return tags
 
 
 class _TagBlocks:
@@ -185,7 +187,7 @@ class _TagBlocks:
             When it cannot be read, or has no value.
         """
         if tag.name not in self._kept:
-            block = next((one for one in self.blocks if tag in one), [tag])
+            block = next((block for block in self.blocks if tag in block), [tag])
             self._kept = self.client.read(block, self.since, self.until)
         found = self._kept[tag.name]
         if isinstance(found, StictionError):

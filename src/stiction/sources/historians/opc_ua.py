@@ -65,16 +65,16 @@ class OpcUaHistorian:
 
         return run_async(read())
 
-    def _history(self, tag: HistorianTag, found: list[RawValue] | str, end: float) -> TagHistory | StictionError:
-        if isinstance(found, str):
-            remedy = "let the server keep its history" if found in NO_HISTORY else "check the node on the server"
+    def _history(self, tag: HistorianTag, answer: list[RawValue] | str, end: float) -> TagHistory | StictionError:
+        if isinstance(answer, str):
+            remedy = "let the server keep its history" if answer in NO_HISTORY else "check the node on the server"
             return RecordError(
-                f"the history of {tag.name} cannot be read ({found})", remedy=remedy, where=self.address.url
+                f"the history of {tag.name} cannot be read ({answer})", remedy=remedy, where=self.address.url
             )
-        rows = [one for one in found if one.seconds < end]
-        words = {status: quality_word(status) for status in {one.status for one in rows}}
+        rows = [one for one in answer if one.seconds < end]
+        words = {status: quality_word(status) for status in {row.status for row in rows}}
         return make_history(
-            [one.seconds for one in rows], [one.value for one in rows], [words[one.status] for one in rows]
+            [row.seconds for row in rows], [row.value for row in rows], [words[row.status] for row in rows]
         )
 
 
@@ -100,5 +100,5 @@ def choose_tags(tags: Sequence[HistorianTag], wanted: Sequence[str], *, exact: b
     names = {one.casefold() for one in wanted}
     if exact:
         return [tag for tag in tags if tag.name.casefold() in names or tag.address.casefold() in names]
-    patterns = [one if any(mark in one for mark in "*?[") else f"{one}*" for one in names]
-    return [tag for tag in tags if any(fnmatch.fnmatchcase(tag.name.casefold(), one) for one in patterns)]
+    patterns = [name if any(mark in name for mark in "*?[") else f"{name}*" for name in names]
+    return [tag for tag in tags if any(fnmatch.fnmatchcase(tag.name.casefold(), pattern) for pattern in patterns)]

@@ -117,7 +117,7 @@ async def _browse(client: Client, places: Sequence[_Place], kind: int) -> Iterab
         ]  # fmt: skip
         waiting = list(zip(chunk, await client.uaclient.browse(asked), strict=True))
         while waiting:
-            found += [(place, one) for place, result in waiting for one in result.References or []]
+            found += [(place, reference) for place, result in waiting for reference in result.References or []]
             more = [(place, result.ContinuationPoint) for place, result in waiting if result.ContinuationPoint]
             if not more:
                 break

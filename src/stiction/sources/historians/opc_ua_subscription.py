@@ -86,7 +86,9 @@ async def subscribe(
             for number, node in chunk
         ]  # fmt: skip
         results = await subscription.create_monitored_items(requests)
-        refused |= {node: one.name for (_, node), one in zip(chunk, results, strict=True) if hasattr(one, "name")}
+        refused |= {
+            node: result.name for (_, node), result in zip(chunk, results, strict=True) if hasattr(result, "name")
+        }
     return refused
 
 

@@ -83,11 +83,11 @@ class PiPages:
 
         if not self.parts:
             return make_history([], [], [])
-        seconds = np.concatenate([one.seconds for one in self.parts])
-        kinds = {one.values.dtype for one in self.parts}
+        seconds = np.concatenate([part.seconds for part in self.parts])
+        kinds = {part.values.dtype for part in self.parts}
         kind = kinds.pop() if len(kinds) == 1 else pl.String
-        values = pl.concat([one.values.cast(kind) for one in self.parts])
-        quality = pl.concat([one.quality for one in self.parts])
+        values = pl.concat([part.values.cast(kind) for part in self.parts])
+        quality = pl.concat([part.quality for part in self.parts])
         rows = np.flatnonzero((seconds >= since - 1e-6) & (seconds < until - 1e-9))
         return TagHistory(seconds[rows], values.gather(rows), quality.gather(rows))
 

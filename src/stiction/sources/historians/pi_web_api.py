@@ -57,19 +57,19 @@ class PiWebApi:
 
     def read(self, tags: Sequence[HistorianTag], since: datetime, until: datetime) -> Histories:
         """Read the recorded values from `since` on and before `until`."""
-        found: Histories = {}
+        histories: Histories = {}
         with PiRequests(self.address) as server:
             for chunk in _by_length(tags):
                 for tag, pages in _read_chunk(server, chunk, since, until).items():
                     is_failure = isinstance(pages, StictionError)
-                    found[tag.name] = pages if is_failure else pages.history(since.timestamp(), until.timestamp())
-                self._begin(server, chunk, found, since)
-        return found
+                    histories[tag.name] = pages if is_failure else pages.history(since.timestamp(), until.timestamp())
+                self._begin(server, chunk, histories, since)
+        return histories
 
-    def _begin(self, server: PiRequests, tags: Sequence[HistorianTag], found: Histories, since: datetime) -> None:
+    def _begin(self, server: PiRequests, tags: Sequence[HistorianTag], histories: Histories, since: datetime) -> None:
         """Let tags that changed seldom begin with the value that stood at `since`."""
         names = {tag.address: tag.name for tag in tags}
-        seldom = changed_seldom(found, tags, since.timestamp())
+        seldom = changed_seldom(histories, tags, since.timestamp())
         if not seldom:
             return
         query = [*(("webId", one) for one in seldom), ("time", _stamp(since)), ("retrievalMode", "AtOrBefore")]
@@ -80,13 +80,13 @@ class PiWebApi:
         for item in items:
             value, quality = parse_item(item.get("Value") or {"Good": False})
             if value is not None and (name := names.get(str(item.get("WebId")))):
-                begin_with(found, name, since.timestamp(), value, quality)
+                begin_with(histories, name, since.timestamp(), value, quality)
 
     def _archive(self, server: PiRequests) -> tuple[str, str]:
         """Name and WebId of the data archive: the one of the address, or the only one."""
         items = server.get("dataservers", [("selectedFields", "Items.Name;Items.WebId")]).get("Items", [])
-        names = [str(one["Name"]) for one in items]
-        chosen = [one for one in items if one["Name"].casefold() == self.address.server.casefold()]
+        names = [str(item["Name"]) for item in items]
+        chosen = [item for item in items if item["Name"].casefold() == self.address.server.casefold()]
         if len(items) == 1 and not self.address.server:
             chosen = items
         if not chosen:
@@ -101,25 +101,25 @@ class PiWebApi:
 def _search(server: PiRequests, web_id: str, pattern: str) -> list[HistorianTag]:
     """All points whose name matches a pattern."""
     fields = ";".join(f"Items.{one}" for one in POINT_FIELDS)
-    found: list[HistorianTag] = []
+    tags: list[HistorianTag] = []
     while True:
-        query = [("nameFilter", pattern), ("startIndex", len(found)), ("maxCount", POINTS_PER_PAGE)]
+        query = [("nameFilter", pattern), ("startIndex", len(tags)), ("maxCount", POINTS_PER_PAGE)]
         items = server.get(f"dataservers/{web_id}/points", [*query, ("selectedFields", fields)]).get("Items", [])
-        found += [_tag(one) for one in items]
+        tags += [_tag(item) for item in items]
         if len(items) < POINTS_PER_PAGE:
-            return found
+            return tags
 
 
 def _find_exactly(server: PiRequests, archive: str, names: Sequence[str]) -> list[HistorianTag]:
     """Points by their names; those that are not there are left out."""
     fields = ";".join(["Items.Exception", *(f"Items.Object.{one}" for one in POINT_FIELDS)])
     paths = [name if name.startswith("\\\\") else f"\\\\{archive}\\{name}" for name in names]
-    found = []
+    tags = []
     for chunk in chunks(paths, 25):
         query = [*(("path", path) for path in chunk), ("selectedFields", fields)]
         items = server.get("points/multiple", query).get("Items", [])
-        found += [_tag(one["Object"]) for one in items if one.get("Object")]
-    return found
+        tags += [_tag(item["Object"]) for item in items if item.get("Object")]
+    return tags
 
 
 def _tag(point: dict[str, Any]) -> HistorianTag:
@@ -159,7 +159,7 @@ def _read_pages(
     server: PiRequests, tags: Sequence[HistorianTag], since: datetime, until: datetime
 ) -> dict[HistorianTag, PiPages | StictionError]:
     of_tags = ("WebId", "Errors", "Exception", *(f"Items.{one}" for one in VALUE_FIELDS))
-    fields = ";".join(f"Items.{one}" for one in of_tags)
+    fields = ";".join(f"Items.{name}" for name in of_tags)
     by_id = {tag.address: tag for tag in tags}
     found: dict[HistorianTag, PiPages | StictionError] = {tag: PiPages() for tag in tags}
     waiting: dict[str, list[HistorianTag]] = {_stamp(since): list(tags)}

@@ -61,17 +61,19 @@ class Historian(Protocol):
         ...
 
 
-def changed_seldom(found: Histories, tags: Sequence[HistorianTag], since: float, *, steps: float = 5.0) -> list[str]:
+def changed_seldom(
+    histories: Histories, tags: Sequence[HistorianTag], since: float, *, steps: float = 5.0
+) -> list[str]:
     """Addresses of tags that need the value that stood at `since` [s]: the first one comes some steps [-] later."""
-    times = {tag.address: one.seconds for tag in tags if isinstance(one := found[tag.name], TagHistory)}
+    times = {tag.address: one.seconds for tag in tags if isinstance(one := histories[tag.name], TagHistory)}
     return [node for node, t in times.items() if t.size < 2 or t[0] - since > steps * float(np.median(np.diff(t)))]
 
 
-def begin_with(found: Histories, name: str, since: float, value: object, quality: str) -> None:
+def begin_with(histories: Histories, name: str, since: float, value: object, quality: str) -> None:
     """Put the value that stood before at `since` [s] in front of a history."""
-    if isinstance(one := found[name], TagHistory):
+    if isinstance(one := histories[name], TagHistory):
         cells, words = one.values.to_list(), one.quality.to_list()
-        found[name] = make_history([since, *one.seconds], [value, *cells], [quality, *words])
+        histories[name] = make_history([since, *one.seconds], [value, *cells], [quality, *words])
 
 
 def make_history(seconds: Sequence[float], values: Sequence[object], quality: Sequence[str]) -> TagHistory:
@@ -79,7 +81,7 @@ def make_history(seconds: Sequence[float], values: Sequence[object], quality: Se
     import polars as pl
 
     stamps = np.asarray(seconds, dtype=np.float64)
-    plain = [float(one) if isinstance(one, bool) else one for one in values]
+    plain = [float(value) if isinstance(value, bool) else value for value in values]
     is_text = any(isinstance(one, str) for one in plain)
     if is_text:
         cells = pl.Series([None if one is None else str(one) for one in plain], dtype=pl.String)

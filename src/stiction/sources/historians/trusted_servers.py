@@ -46,12 +46,12 @@ def require_trusted(host: str, certificate: bytes, where: str) -> None:
     RecordError
         With the fingerprint, and the command that accepts it.
     """
-    found, known = fingerprint(certificate), _read(_file()).get(host)
-    if found == known:
+    shown, known = fingerprint(certificate), _read(_file()).get(host)
+    if shown == known:
         return
     changed = f" (it was {known} before)" if known else ""
     raise RecordError(
-        f"the certificate of the server is not trusted: SHA-256 {found}{changed}; compare it with that on the server, "
+        f"the certificate of the server is not trusted: SHA-256 {shown}{changed}; compare it with that on the server, "
         f"then run stiction watch --trust {where}",
         where=where,
     )

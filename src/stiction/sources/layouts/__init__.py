@@ -61,8 +61,8 @@ def read_layout(tables: Sequence[RawTable], options: ReadOptions) -> list[TagCol
     columns: list[TagColumn] = []
     for table in _join_pieces([table for table in tables if table.width]):
         table = take_averages(table, options)
-        found = (layout.read(table, options) for layout in LAYOUTS)
-        columns += next(one for one in found if one is not None)
+        attempts = (layout.read(table, options) for layout in LAYOUTS)
+        columns += next(one for one in attempts if one is not None)
     return columns
 
 

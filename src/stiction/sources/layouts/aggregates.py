@@ -109,8 +109,8 @@ def _average_rows(table: RawTable) -> RawTable:
     width = table.width if table.width <= 40 else 0
     present = [{cell.upper() for cell in table.sample_column(i)} for i in range(width)]
     places = [i for i in range(width) if present[i] and present[i] <= AGGREGATES.keys()]
-    found = find_long_columns(names, table.sample, table.decimal) if len(places) == 1 else {}
-    if not found or places[0] in found.values():
+    long_columns = find_long_columns(names, table.sample, table.decimal) if len(places) == 1 else {}
+    if not long_columns or places[0] in long_columns.values():
         return table
     words = table.column(places[0]).cast(pl.String).fill_null("").str.strip_chars().str.to_uppercase()
     kind = words.replace_strict(AGGREGATES, default="", return_dtype=pl.String)
@@ -129,8 +129,8 @@ def _average_rows(table: RawTable) -> RawTable:
     def read(positions: Sequence[int]) -> pl.DataFrame:
         frame = table.reader(positions)
         kept = frame.filter(rows)
-        if wanted == "minimum" and found["value"] in positions:
-            k = list(positions).index(found["value"])
+        if wanted == "minimum" and long_columns["value"] in positions:
+            k = list(positions).index(long_columns["value"])
             limits = [kept.to_series(k), frame.to_series(k).filter(upper)]
             kept = kept.with_columns(_middle(limits, table.decimal).alias(frame.columns[k]))
         return kept

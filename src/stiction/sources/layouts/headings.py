@@ -47,15 +47,15 @@ def table_headings(table: RawTable) -> HeaderNames:
     """Give names, units and descriptions, `table.width` long, also by rows above a header without a signal."""
     if table not in _HEADINGS:
         header = tuple(tuple(row) for row in table.header if not _are_types(row))
-        found = _header_names(header)
+        headings = _header_names(header)
         above = [row for row in table.above if len(row) == table.width and any(map(is_time_heading, row))]
-        if above and not any(map(parse_column_name, found.names)):
+        if above and not any(map(parse_column_name, headings.names)):
             other = header_names([*above, *header])
             if any(map(parse_column_name, other.names)):
-                found = other
+                headings = other
                 forget_note_on_lines_above(table)
         blank = [""] * table.width
-        _HEADINGS[table] = found if found.names else HeaderNames(blank, blank, blank)
+        _HEADINGS[table] = headings if headings.names else HeaderNames(blank, blank, blank)
     return _HEADINGS[table]
 
 
@@ -111,13 +111,13 @@ def find_clock(
     if only is not None:
         taken = set(range(table.width)) - {only}
         options = replace(options, columns={"time": only})
-    found = find_time_columns(names, units, table, options, taken=set(taken))
-    positions = {*found.positions, *found.candidates, found.fraction, found.index} - {None}
-    if not found.positions:
+    time_columns = find_time_columns(names, units, table, options, taken=set(taken))
+    positions = {*time_columns.positions, *time_columns.candidates, time_columns.fraction, time_columns.index} - {None}
+    if not time_columns.positions:
         return None, positions
-    first = partial(parse_time, _first_rows(table), found, options)
-    table.clock |= {*found.positions, found.fraction} - {None}
-    return Clock(partial(parse_time, table, found, options), first), positions
+    first = partial(parse_time, _first_rows(table), time_columns, options)
+    table.clock |= {*time_columns.positions, time_columns.fraction} - {None}
+    return Clock(partial(parse_time, table, time_columns, options), first), positions
 
 
 def _first_rows(table: RawTable) -> RawTable:
@@ -135,15 +135,15 @@ def tag_in_line(cells: Sequence[str]) -> str:
     text = _join_cells(cells)
     if not text or len(text) > 100 or text[-1].isdigit() or _UNIT_LINE.fullmatch(text):
         return ""
-    found = _TAG_LINE.fullmatch(text)
-    pair = parse_role(found[1].strip()) if found else None
-    return found[1].strip() if found and pair and pair[0] else ""
+    match = _TAG_LINE.fullmatch(text)
+    pair = parse_role(match[1].strip()) if match else None
+    return match[1].strip() if match and pair and pair[0] else ""
 
 
 def unit_in_line(cells: Sequence[str]) -> str:
     """Give the unit that a line such as ``Units: t/h`` names; empty where it names none."""
-    found = _UNIT_LINE.fullmatch(_join_cells(cells))
-    return found[1] if found and is_unit(found[1]) else ""
+    match = _UNIT_LINE.fullmatch(_join_cells(cells))
+    return match[1] if match and is_unit(match[1]) else ""
 
 
 def _join_cells(cells: Sequence[str]) -> str:

@@ -43,25 +43,25 @@ def find_long_columns(names: Sequence[str], sample: Sequence[Sequence[str]] = ()
     words = [normalise_name(name) for name in names]
     known = ("tag", "value", "unit", "description")
     places = {key: [i for i, word in enumerate(words) if word in COLUMN_WORDS[key]] for key in known}
-    found = {key: positions[0] for key, positions in places.items() if positions}
+    places_by_kind = {key: positions[0] for key, positions in places.items() if positions}
     cells = [[cell for row in sample if i < len(row) and (cell := row[i].strip())] for i in range(len(names))]
     flags = [i for i, name in enumerate(names) if flag_role(name, cells[i])]
     if sample:
         tags = [i for i, column in enumerate(cells) if i not in flags and _are_tags(column)]
         values = [i for i, column in enumerate(cells) if i not in {*tags, *flags} and _are_values(column, decimal)]
-        if tags and (values or "value" in found):
-            found |= {"tag": tags[0], "value": found.get("value", values[0] if values else -1)}
+        if tags and (values or "value" in places_by_kind):
+            places_by_kind |= {"tag": tags[0], "value": places_by_kind.get("value", values[0] if values else -1)}
         by_name = [i for key in ("attribute", "tag") for i, word in enumerate(words) if word in COLUMN_WORDS[key]]
         signals = [i for i in by_name if _are_signals(cells[i])]
         if signals and not tags:
-            found["tag"] = signals[0]
-    tag_cells = set(cells[found["tag"]]) if "tag" in found else set()
+            places_by_kind["tag"] = signals[0]
+    tag_cells = set(cells[places_by_kind["tag"]]) if "tag" in places_by_kind else set()
     if any((pair := headings.parse_role(cell)) and not pair[0] for cell in tag_cells):
-        free = [i for i in range(len(names)) if i not in {*found.values(), *flags} and cells[i]]
+        free = [i for i in range(len(names)) if i not in {*places_by_kind.values(), *flags} and cells[i]]
         owners = [i for key in ("tag", "loop_name") for i in free if words[i] in COLUMN_WORDS[key]]
         owners = owners or [i for i in free if _are_texts(cells[i], decimal)]
-        found |= {"owner": owners[0]} if owners else {}
-    return found if {"tag", "value"} <= set(found) else {}
+        places_by_kind |= {"owner": owners[0]} if owners else {}
+    return places_by_kind if {"tag", "value"} <= set(places_by_kind) else {}
 
 
 def _are_tags(cells: Sequence[str]) -> bool:
@@ -99,30 +99,32 @@ def _find(table: RawTable, options: ReadOptions) -> dict[str, int]:
 
 def read(table: RawTable, options: ReadOptions) -> list[TagColumn] | None:
     """Give the tags of a long table, each with its rows, in the order in which they first appear."""
-    if not (found := _find(table, options)):
+    if not (long_columns := _find(table, options)):
         return None
-    clock, time = headings.find_clock(table, options, taken=found.values())
+    clock, time = headings.find_clock(table, options, taken=long_columns.values())
     if clock is None:
-        stamped = [i for i in range(table.width) if i not in found.values() and is_stamp_column(table, i)]
+        stamped = [i for i in range(table.width) if i not in long_columns.values() and is_stamp_column(table, i)]
         clock, time = headings.find_clock(table, options, only=stamped[0]) if stamped else (None, set())
     if clock is None:
         raise RecordError("is a long table without a time column; export the time stamps too.", where=table.origin.name)
     # One kind of column after the other, and none for longer than it is needed: a text column takes much memory.
     readable = headings.readable_rows(table, clock.stamps)
-    table.drop(time - set(found.values()))
-    table.load(found[key] for key in _TEXTS if key in found)
-    texts = {key: table.column(found[key]).cast(pl.String).fill_null("") for key in _TEXTS if key in found}
-    keys = [key for key in ("owner", "tag") if key in found]
+    table.drop(time - set(long_columns.values()))
+    table.load(long_columns[key] for key in _TEXTS if key in long_columns)
+    texts = {
+        key: table.column(long_columns[key]).cast(pl.String).fill_null("") for key in _TEXTS if key in long_columns
+    }
+    keys = [key for key in ("owner", "tag") if key in long_columns]
     tags = _group(texts, keys, readable)
     series: list[int] = []
     if not all(map(_is_single, (clock.stamps.seconds[one.to_numpy()] for one in tags["row"]))):
-        free = set(range(table.width)) - {*found.values(), *time, *headings.flag_positions(table)}
+        free = set(range(table.width)) - {*long_columns.values(), *time, *headings.flag_positions(table)}
         series = find_series_columns(table, texts, keys, clock.stamps.seconds, sorted(free))
         texts |= {f"series {i}": table.column(i).cast(pl.String).fill_null("") for i in series}
         tags = _group(texts, [*(f"series {i}" for i in series), *keys], readable) if series else tags
     units = texts.get("unit") if (tags["n_units"] > 1).any() else None
     del texts
-    table.drop(found[key] for key in _TEXTS if key in found)
+    table.drop(long_columns[key] for key in _TEXTS if key in long_columns)
     if tags.height > MAX_TAGS:
         raise RecordError(
             f"contains {tags.height} tags, but at most {MAX_TAGS} can be read at once; export fewer loops.",
@@ -135,21 +137,21 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn] | None:
         tags = tags.with_columns(name=pl.format("{}.{}", f"series {i}", "name"))
         named = headings.table_headings(table).names[i] or f"column {i}"
         table.notes.append(f"Column {named} is part of the tags, as it tells series apart that have the same times.")
-    whole = headings.heading_column(table, found["value"], clock)
-    whole.flags = headings.flag_loaders(table, {*headings.flag_positions(table)} - {*found.values(), *time})
-    used = {*found.values(), *time, *series, *headings.flag_positions(table)}
+    whole = headings.heading_column(table, long_columns["value"], clock)
+    whole.flags = headings.flag_loaders(table, {*headings.flag_positions(table)} - {*long_columns.values(), *time})
+    used = {*long_columns.values(), *time, *series, *headings.flag_positions(table)}
     left = [name for i, name in enumerate(headings.table_headings(table).names) if i not in used and name]
     table.notes += [f"Columns of the long table that are not used: {', '.join(left[:10])}."] if left else []
     rows = [one.to_numpy() for one in tags["row"]]
-    clocks = headings.share_clocks([headings.pick_stamps(clock, one) for one in rows])
+    clocks = headings.share_clocks([headings.pick_stamps(clock, own_rows) for own_rows in rows])
     texts_of_tags = tags.select("name", "unit", "description").iter_rows(named=True)
     columns = [
-        headings.pick_rows(whole, one, own, **text, position=None, own_clock=True)
-        for text, one, own in zip(texts_of_tags, rows, clocks, strict=True)
+        headings.pick_rows(whole, own_rows, own, **text, position=None, own_clock=True)
+        for text, own_rows, own in zip(texts_of_tags, rows, clocks, strict=True)
     ]
-    for column, one, n_units in zip(columns, rows, tags["n_units"], strict=True):
+    for column, own_rows, n_units in zip(columns, rows, tags["n_units"], strict=True):
         if units is not None and n_units > 1:
-            headings.convert_units(column, units.gather(one))
+            headings.convert_units(column, units.gather(own_rows))
     return columns
 
 

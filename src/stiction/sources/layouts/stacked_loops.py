@@ -61,7 +61,7 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn] | None:
     for tag, picked in zip(kept["tag"], kept["row"], strict=True):
         rows = picked.to_numpy()
         own = None if clock is None else pick_stamps(clock, rows)
-        columns += [pick_rows(one, rows, own, name=f"{tag}.{one.name}", position=None) for one in signals]
+        columns += [pick_rows(signal, rows, own, name=f"{tag}.{signal.name}", position=None) for signal in signals]
     return columns
 
 

@@ -55,7 +55,9 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
     qualities = [column for column in columns if column.position in flags]
     stored = []
     for column in [column for column in columns if column not in qualities]:
-        column.flags = {one.name: one.load for one in qualities if _is_quality_of(one, column, qualities)}
+        column.flags = {
+            quality.name: quality.load for quality in qualities if _is_quality_of(quality, column, qualities)
+        }
         if column in sparse:
             rows = written_mask(column.cells, MISSING_WORDS).arg_true().to_numpy()
             column = pick_rows(column, rows, pick_stamps(clock, rows), own_clock=True)
@@ -68,11 +70,13 @@ def _convert_units(columns: list[TagColumn]) -> list[TagColumn]:
     owners = {normalise_name(column.name): column for column in columns}
     kept: list[TagColumn] = []
     for column in columns:
-        found = _UNIT_OF.fullmatch(column.name.strip())
-        cells = column.table.sample_column(column.position) if found and column.position is not None else []
-        found = found if cells and all(map(is_unit, set(cells))) else None
-        owner = owners.get(normalise_name(found[1])) if found and found[1] else (kept or [None])[-1]
-        if found and owner is not None and parse_role(owner.name):
+        unit_heading = _UNIT_OF.fullmatch(column.name.strip())
+        cells = column.table.sample_column(column.position) if unit_heading and column.position is not None else []
+        unit_heading = unit_heading if cells and all(map(is_unit, set(cells))) else None
+        owner = (
+            owners.get(normalise_name(unit_heading[1])) if unit_heading and unit_heading[1] else (kept or [None])[-1]
+        )
+        if unit_heading and owner is not None and parse_role(owner.name):
             convert_units(owner, column.load())
         else:
             kept.append(column)

@@ -98,7 +98,7 @@ def _join_only_loop(wanted: TagGroup, groups: list[TagGroup]) -> TagGroup:
     loops = [group for group in groups if group.is_loop]
     if wanted.is_loop or wanted.tag or len(loops) != 1:
         return wanted
-    guessed = {r: found[0] for r, found in loops[0].columns.items() if r in NUMERIC_ROLES and r not in wanted.columns}
+    guessed = {r: column[0] for r, column in loops[0].columns.items() if r in NUMERIC_ROLES and r not in wanted.columns}
     if wanted.columns.keys() & loops[0].columns.keys():
         loops[0].notes = [f"{list_roles(guessed)} of the loop {loops[0].tag}, by the tags; {HOW_TO_OVERRULE}"]
     loops[0].columns |= wanted.columns
@@ -127,11 +127,13 @@ def _make_loops(
     """Loops of the groups that have PV and OP."""
     usable = [group for group in groups if group.is_loop and wanted in (None, group)]
     if not usable:
-        known = [list_roles({role: found[0]}) for group in groups for role, found in group.columns.items()]
+        known = [list_roles({role: column[0]}) for group in groups for role, column in group.columns.items()]
         recognised = f" (recognised: {', '.join(known[:MAX_LISTED])})" if known else ""
         names = ", ".join(column.name for column in columns[:MAX_LISTED] if column.name) or "(no header)"
-        found = {role for group in groups for role in group.columns}
-        no_op = "the controller output OP is missing: export it too, or " if "pv" in found and "op" not in found else ""
+        present = {role for group in groups for role in group.columns}
+        no_op = (
+            "the controller output OP is missing: export it too, or " if "pv" in present and "op" not in present else ""
+        )
         raise RecordError(
             f"no loop with OP and PV or valve position (MV) was found among the columns {names}{recognised}",
             remedy=(
@@ -164,9 +166,9 @@ def _make_loops(
 
 def _role_with_two(group: TagGroup) -> str:
     """Say which role of a loop has two columns; empty when none has."""
-    for role, found in group.columns.items():
-        if len(found) > 1 and role.split()[-1] not in FLAG_ROLES:
-            one, other = (column_label(column) for column in found[:2])
+    for role, same in group.columns.items():
+        if len(same) > 1 and role.split()[-1] not in FLAG_ROLES:
+            one, other = (column_label(column) for column in same[:2])
             both = f"columns {one!r} and {other!r} are both the {role.upper()} of one loop"
             return f"{both}; name the right one (--column, in Python columns=)."
     return ""
@@ -174,7 +176,7 @@ def _role_with_two(group: TagGroup) -> str:
 
 def _number_flags(group: TagGroup) -> dict[str, TagColumn]:
     """Role -> column; the second flag of a kind gets a number."""
-    pairs = ((role, k, column) for role, found in group.columns.items() for k, column in enumerate(found, 1))
+    pairs = ((role, k, column) for role, columns in group.columns.items() for k, column in enumerate(columns, 1))
     return {role if k == 1 else f"{role} {k}": column for role, k, column in pairs}
 
 

@@ -39,7 +39,7 @@ def find_secondary_tags(
             f"The map names {unknown[0]!r} as a master, but the source has no such loop; correct the map."
         )
     by_map = {master.lower(): record.tag for record in records if (master := masters.get(record.tag.lower()))}
-    free = [(one, one.sp) for one in records if one.sp is not None and one.tag.lower() not in masters]
+    free = [(record, record.sp) for record in records if record.sp is not None and record.tag.lower() not in masters]
 
     def secondary_of(primary: LoopRecord) -> str:
         if tag := by_map.get(primary.tag.lower()):

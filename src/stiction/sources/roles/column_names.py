@@ -80,10 +80,10 @@ def is_unit(cell: str) -> bool:
 
 def unit_in_name(name: str) -> str:
     """Give the unit at the end of a column name, in brackets or after the word of a signal, as written."""
-    if found := vocabulary.UNIT_IN_BRACKETS.search(name):
-        return found[1].strip()
-    found = _match_word_and_unit(name)
-    return found[2] if found else ""
+    if match := vocabulary.UNIT_IN_BRACKETS.search(name):
+        return match[1].strip()
+    match = _match_word_and_unit(name)
+    return match[2] if match else ""
 
 
 @lru_cache(maxsize=4096)
@@ -95,8 +95,8 @@ def _match_word_and_unit(name: str) -> re.Match[str] | None:
 @lru_cache(maxsize=4096)
 def normalise_name(name: str) -> str:
     """Give a column name in capitals, without its unit, quotes and repeated blanks."""
-    found = _match_word_and_unit(name)
-    return vocabulary.without_unit(found[1] if found else name).upper()
+    match = _match_word_and_unit(name)
+    return vocabulary.without_unit(match[1] if match else name).upper()
 
 
 @lru_cache(maxsize=4096)
@@ -114,10 +114,10 @@ def parse_column_name(name: str) -> tuple[str, str] | None:
     for whole in (word, word.replace("_", " ")):
         if whole in _ROLE_OF_WORD:
             return "", whole
-    if found := _TAG_WORD.fullmatch(word):
-        return plain[: len(found[1])].rsplit("\\", 1)[-1], found[2]
-    if found := _WORD_TAG.fullmatch(word):
-        return plain[found.start(2) :] if found[2] else found[3], found[1]
+    if match := _TAG_WORD.fullmatch(word):
+        return plain[: len(match[1])].rsplit("\\", 1)[-1], match[2]
+    if match := _WORD_TAG.fullmatch(word):
+        return plain[match.start(2) :] if match[2] else match[3], match[1]
     return None
 
 
@@ -129,12 +129,12 @@ def split_aggregate(name: str) -> tuple[str, str]:
     (('FIC-101.PV [t/h]', 'average'), ('FIC-101.PV', 'minimum'), ('FIC-101.PV', ''))
     """
     plain, unit = name.strip(), ""
-    found, bracketed = _AGGREGATE.fullmatch(plain), vocabulary.UNIT_IN_BRACKETS.search(plain)
-    if not found and bracketed:
-        found, unit = _AGGREGATE.fullmatch(plain[: bracketed.start()]), f" {bracketed[0].strip()}"
-    if not found:
+    match, bracketed = _AGGREGATE.fullmatch(plain), vocabulary.UNIT_IN_BRACKETS.search(plain)
+    if not match and bracketed:
+        match, unit = _AGGREGATE.fullmatch(plain[: bracketed.start()]), f" {bracketed[0].strip()}"
+    if not match:
         return name, ""
-    base, word = (found[1], found[2]) if found[2] else (found[4], found[3])
+    base, word = (match[1], match[2]) if match[2] else (match[4], match[3])
     return f"{base}{unit}".strip(), vocabulary.AGGREGATES[word.upper()]
 
 

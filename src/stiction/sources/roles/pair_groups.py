@@ -56,14 +56,14 @@ def parse_instrument_tag(tag: str) -> InstrumentTag | None:
     ('valve', 'position', None)
     """
     text = tag.upper()
-    for found in reversed(list(_TAG.finditer(text))):
-        if letters := _LETTERS.fullmatch(found[1]):
+    for match in reversed(list(_TAG.finditer(text))):
+        if letters := _LETTERS.fullmatch(match[1]):
             first, modifier, functions = letters.groups()
             kind = "controller" if "C" in functions else "measurement"
             kind = "valve" if functions[-1] in "VY" else kind
             kind = "position" if "Z" in first + functions else kind
-            area = re.sub(r"[^A-Z0-9]", "", text[: found.start()])
-            return InstrumentTag(area, first + modifier, kind, found[2], found[3])
+            area = re.sub(r"[^A-Z0-9]", "", text[: match.start()])
+            return InstrumentTag(area, first + modifier, kind, match[2], match[3])
     return None
 
 

@@ -49,7 +49,7 @@ def without_unit(name: str) -> str:
 
 def loop_type_of(tag: str, *, numbered: bool = False) -> str:
     """Loop type by ISA-5.1 letters (`numbered`: only before a number) or one plain word, else "other"."""
-    if found := (_NUMBERED if numbered else _FUNCTION_LETTERS).search(tag.upper()):
-        return _LOOP_TYPES[found.group(1)]
+    if match := (_NUMBERED if numbered else _FUNCTION_LETTERS).search(tag.upper()):
+        return _LOOP_TYPES[match.group(1)]
     words = set(_TYPES_IN_WORDS.findall(tag.upper()))
     return words.pop().lower() if len(words) == 1 else "other"

@@ -107,10 +107,10 @@ def compact_clock_seconds(values: NDArray[np.float64]) -> tuple[NDArray[np.float
 
 def is_compact_clock(cells: Sequence[str]) -> bool:
     """Whether cells beside dates are times of day: digits that a clock can show and that go one way."""
-    found = [re.fullmatch(r"(\d{1,6})([.,]\d+)?", cell.strip(), re.ASCII) for cell in cells if cell.strip()]
-    if len(found) < 2 or not all(found):
+    matches = [re.fullmatch(r"(\d{1,6})([.,]\d+)?", cell.strip(), re.ASCII) for cell in cells if cell.strip()]
+    if len(matches) < 2 or not all(matches):
         return False
-    values = np.array([int(match[1]) for match in found if match])
+    values = np.array([int(match[1]) for match in matches if match])
     steps = np.diff(values)
     moves = steps[steps != 0]
     is_one_way = moves.size > 0 and max(np.mean(moves > 0), np.mean(moves < 0)) >= 0.9

@@ -85,11 +85,11 @@ def _parse_dates(cells: pl.Series, sample: Sequence[str], day_first: bool | None
             seconds[left] = clock
             return Stamps(unwrap_clock(seconds), "relative", ["The time column contains times of day without a date."])
         order = order or choose_date_order(texts, has_am_pm, notes)
-        found = {text: parse_day(text, order) for text in texts}
-        midnight = days.replace_strict({text: day for text, (day, _) in found.items()}).to_numpy()
+        days_by_text = {text: parse_day(text, order) for text in texts}
+        midnight = days.replace_strict({text: day for text, (day, _) in days_by_text.items()}).to_numpy()
         seconds[left] = midnight + np.where(days.str.contains("@"), clock, 0.0)
-        is_zoned[left] = days.is_in([text for text, (_, zone) in found.items() if zone == "UTC"])
-        if other := next((zone for _, zone in found.values() if zone not in ("", "UTC")), None):
+        is_zoned[left] = days.is_in([text for text, (_, zone) in days_by_text.items() if zone == "UTC"])
+        if other := next((zone for _, zone in days_by_text.values() if zone not in ("", "UTC")), None):
             notes.append(f"The time zone {other} is not known: the stamps are taken as local time.")
     known = np.isfinite(seconds)
     n_zoned, n_known = int((is_zoned & known).sum()), int(known.sum())
@@ -100,17 +100,17 @@ def _parse_dates(cells: pl.Series, sample: Sequence[str], day_first: bool | None
 
 def _polars_format(cell: str, order: str) -> str:
     """Write the form of a usual cell in the codes of polars."""
-    if found := _COMPACT.fullmatch(cell):
-        return f"%Y%m%d{found['between']}%H%M%S{found['zone']}"
-    found = _USUAL.fullmatch(cell)
-    assert found
-    is_year_first = len(found["first"]) == 4
-    year = "%Y" if is_year_first or len(found["last"]) == 4 else "%y"
-    codes = "ymd" if is_year_first else order if found["middle"].isdigit() else "dby"
-    day = found["mark"].join(year if code == "y" else f"%{code}" for code in codes)
-    half = (found["half"] or "")[:-2] + "%p" if found["half"] else ""
-    zone = found["zone"] if found["zone"] in (None, "Z") else "%:z"
-    return f"{day}{found['between']}{'%I' if half else '%H'}:%M{':%S%.f' if found['second'] else ''}{half}{zone or ''}"
+    if match := _COMPACT.fullmatch(cell):
+        return f"%Y%m%d{match['between']}%H%M%S{match['zone']}"
+    match = _USUAL.fullmatch(cell)
+    assert match
+    is_year_first = len(match["first"]) == 4
+    year = "%Y" if is_year_first or len(match["last"]) == 4 else "%y"
+    codes = "ymd" if is_year_first else order if match["middle"].isdigit() else "dby"
+    day = match["mark"].join(year if code == "y" else f"%{code}" for code in codes)
+    half = (match["half"] or "")[:-2] + "%p" if match["half"] else ""
+    zone = match["zone"] if match["zone"] in (None, "Z") else "%:z"
+    return f"{day}{match['between']}{'%I' if half else '%H'}:%M{':%S%.f' if match['second'] else ''}{half}{zone or ''}"
 
 
 def _parse_by_format(cells: pl.Series, text: str) -> NDArray[np.float64]:
@@ -153,8 +153,8 @@ def choose_date_order(texts: Sequence[str], has_am_pm: bool, notes: list[str]) -
 
     First of: most dates read, points (day first), days in sequence, a year 2010 to 2039, AM and PM (month first).
     """
-    found = [match[0] for text in texts if (match := re.search(r"\b\d\d?[-/.]\d\d?[-/.](?:\d{4}|\d\d)\b", text or ""))]
-    days = [*dict.fromkeys(found)]
+    dates = [match[0] for text in texts if (match := re.search(r"\b\d\d?[-/.]\d\d?[-/.](?:\d{4}|\d\d)\b", text or ""))]
+    days = [*dict.fromkeys(dates)]
     if not days:
         return "dmy"
     has_points = all("." in day for day in days)
@@ -194,9 +194,9 @@ def _parse_format(cells: pl.Series, sample: Sequence[str], time_format: str) -> 
     left = np.flatnonzero(np.isnan(seconds))
     if left.size:
         rest = cells.gather(left).fill_null("")
-        found = {text: parse_by_strptime(text, time_format) for text in rest.unique()}
-        has_zone = any(zoned for _, zoned in found.values())
-        seconds[left] = rest.replace_strict({text: value for text, (value, _) in found.items()}).to_numpy()
+        parsed = {text: parse_by_strptime(text, time_format) for text in rest.unique()}
+        has_zone = any(zoned for _, zoned in parsed.values())
+        seconds[left] = rest.replace_strict({text: value for text, (value, _) in parsed.items()}).to_numpy()
     if sample and np.isnan(seconds).all():
         raise RecordError(
             f"time_format {time_format!r} does not fit the stamps, such as {sample[0]!r}; "

@@ -76,20 +76,20 @@ def _month_number(name: str) -> int:
 
 def parse_day(text: str, order: str) -> tuple[float, str]:
     """Seconds since 1970 [s] of a cell with `@` for the time, NaN if no day, and its zone: UTC, as "CET", or empty."""
-    zone, offset, found = "", 0.0, _ZONE.search(text)
-    if found and not _month_number(found["name"] or ""):
-        zone = found["name"] or ""
-        if found["sign"] or zone in ("Z", "GMT"):
+    zone, offset, form_match = "", 0.0, _ZONE.search(text)
+    if form_match and not _month_number(form_match["name"] or ""):
+        zone = form_match["name"] or ""
+        if form_match["sign"] or zone in ("Z", "GMT"):
             zone = "UTC"
-        if found["sign"]:
-            offset = float(found["sign"] + "60") * (60 * int(found["hours"]) + int(found["minutes"]))
+        if form_match["sign"]:
+            offset = float(form_match["sign"] + "60") * (60 * int(form_match["hours"]) + int(form_match["minutes"]))
         text = _ZONE.sub(" ", text)
     text = " ".join(_FILLER.sub(" ", text.replace("@", " ")).split()).strip(" ,")
     text = re.sub(r"(?<=\d)T$", "", text)
-    found = next(filter(None, (form.fullmatch(text) for form in (NUMBERED[order], *_DAYS))), None)
-    if found is None:
+    form_match = next(filter(None, (form.fullmatch(text) for form in (NUMBERED[order], *_DAYS))), None)
+    if form_match is None:
         return math.nan, zone
-    part = found.groupdict()
+    part = form_match.groupdict()
     year = int(part["year"]) + (0 if len(part["year"]) > 2 else 2000 if int(part["year"]) < 70 else 1900)
     try:
         if "number" in part:

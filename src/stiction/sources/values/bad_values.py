@@ -91,8 +91,8 @@ def _mark_numbers(
     """Add masks of one kind to the bad values, and blank the values."""
     counts: Counter[float] = Counter()
     for role, mask in masks.items():
-        found, n = np.unique(values[role][mask], return_counts=True)
-        counts.update(dict(zip(found.tolist(), n.tolist(), strict=True)))
+        bad_numbers, n = np.unique(values[role][mask], return_counts=True)
+        counts.update(dict(zip(bad_numbers.tolist(), n.tolist(), strict=True)))
         bad.masks[role] |= mask
         values[role][mask] = np.nan
     if counts:

@@ -60,5 +60,5 @@ def usual_unit(cells: list[str], decimal: str) -> str:
 def _split_unit(cell: str) -> tuple[str, str]:
     """Split a cell into number and unit."""
     text = cell.translate(SPACES).strip()
-    found = None if text[-1:].isdigit() else _HAS_UNIT.fullmatch(text)
-    return (found[1], found[2] or "") if found else (text, "")
+    match = None if text[-1:].isdigit() else _HAS_UNIT.fullmatch(text)
+    return (match[1], match[2] or "") if match else (text, "")

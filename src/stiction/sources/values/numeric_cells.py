@@ -111,10 +111,10 @@ def _parse_words(words: pl.Series, decimal: str) -> tuple[NDArray[np.float64], p
         words.alias("text").to_frame().select(text.str.extract_groups(f"(?i)^{NUMBER_AND_ANY_UNIT}$").alias("parts"))
     )
     parts = parts.select(pl.col("parts").struct.rename_fields(["number", "unit"])).unnest("parts")
-    found = parts.select(
+    numbers = parts.select(
         pl.col("unit").fill_null(""), value=plain.str.replace(",", ".", literal=True).cast(pl.Float64, strict=False)
     )
-    others = [unit for unit in found["unit"].unique() if unit and unit.upper() not in CELL_UNITS]
+    others = [unit for unit in numbers["unit"].unique() if unit and unit.upper() not in CELL_UNITS]
     strange = [unit for unit in others if len(others) > MAX_UNITS or scale_between(unit, unit) is None]
-    found = found.with_columns(value=pl.when(pl.col("unit").is_in(strange)).then(None).otherwise("value"))
-    return found["value"].to_numpy(), found["unit"]
+    numbers = numbers.with_columns(value=pl.when(pl.col("unit").is_in(strange)).then(None).otherwise("value"))
+    return numbers["value"].to_numpy(), numbers["unit"]

@@ -203,8 +203,8 @@ def _marks(scheme: Scheme, codes: frozenset[str]) -> Marks:
 def _mark(scheme: Scheme, code: str) -> Mark | None:
     """Give what a code means in a scheme; None when the scheme does not know it."""
     number = None
-    if found := _NUMBER.fullmatch(code):
-        number = int(found[1], 16) if found[1] else int(found[2])
+    if match := _NUMBER.fullmatch(code):
+        number = int(match[1], 16) if match[1] else int(match[2])
         if number not in scheme.numbers:
             return None
         number &= scheme.mask
@@ -226,8 +226,8 @@ def are_quality_codes(cells: Iterable[str], *, named: bool = False) -> bool:
     if not 0 < len(codes) <= MAX_CODES:
         return False
     schemes = [one for one in SCHEMES if not one.needs_word] if named else SCHEMES[:1]
-    found = [_marks(scheme, codes) for scheme in schemes]
-    return any(len(marks) == len(codes) and "good" in marks.values() for marks in found)
+    known = [_marks(scheme, codes) for scheme in schemes]
+    return any(len(marks) == len(codes) and "good" in marks.values() for marks in known)
 
 
 def read_quality(

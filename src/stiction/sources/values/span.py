@@ -69,8 +69,8 @@ def op_to_percent(
         zero, full = STANDARD_SIGNALS[written]
         unlike = f"unlike a signal of {zero:g} to {full:g} {unit}"
         return Percent(op, unit, [f"{lies}, {unlike}: {left}{zero:g} to {full:g}."])
-    if written in ("", *OTHER_OUTPUT_UNITS) and (found := _by_ends(op, unit, low, high)):
-        return found
+    if written in ("", *OTHER_OUTPUT_UNITS) and (by_ends := _by_ends(op, unit, low, high)):
+        return by_ends
     if written in OTHER_OUTPUT_UNITS:
         return Percent(op, unit, [f"OP is given in {unit}: {left}low to high."])
     scale = detect_op_scale(low, high)

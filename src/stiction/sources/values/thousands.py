@@ -91,9 +91,9 @@ def refuse_other_decimal(
     """Refuse a column with more than `max_share` numbers of the other decimal mark [-], by its `texts`."""
     other = _OTHER_MARK[decimal]
     numbers = {text: n for text, n in texts.items() if other in text and is_number(text, other)}
-    found = sum(numbers.values())
-    if found > max(1.0, max_share * n_cells):
-        percent = format_number(100.0 * found / n_cells, significant=2)
+    n_other = sum(numbers.values())
+    if n_other > max(1.0, max_share * n_cells):
+        percent = format_number(100.0 * n_other / n_cells, significant=2)
         raise RecordError(
             f"{percent} % of its cells, such as {max(numbers, key=numbers.__getitem__)}, "
             f"are numbers only with a decimal {'comma' if other == ',' else 'point'}",
@@ -104,5 +104,5 @@ def refuse_other_decimal(
 
 def find_torn_number(row: Sequence[str]) -> str:
     """Find the first number that a comma between its thousands has split into two cells; empty when there is none."""
-    found = _TORN.search(",".join(row))
-    return f"{found[1]},{found[2]}" if found else ""
+    match = _TORN.search(",".join(row))
+    return f"{match[1]},{match[2]}" if match else ""

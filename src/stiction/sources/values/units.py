@@ -38,7 +38,7 @@ def to_one_unit(
     if len(counts) < 2:
         return values, next(iter(counts), ""), ""
     target = next((unit for unit in counts if unit.upper() == written.upper()), next(iter(counts)))
-    values, told = values.copy(), []
+    values, converted = values.copy(), []
     for unit, n in counts.items():
         scale = (1.0, 0.0) if unit == target else scale_between(unit, target)
         if scale is None:
@@ -48,9 +48,9 @@ def to_one_unit(
             )
         mask = codes == units.index(unit)
         values[mask] = values[mask] * scale[0] + scale[1]
-        told += [f"{n} {'value' if n == 1 else 'values'} in {unit}"] if unit != target else []
-    was = "was" if told[1:] == [] and told[0].startswith("1 ") else "were"
-    return values, target, f"{', '.join(told)} {was} converted to {target}."
+        converted += [f"{n} {'value' if n == 1 else 'values'} in {unit}"] if unit != target else []
+    was = "was" if converted[1:] == [] and converted[0].startswith("1 ") else "were"
+    return values, target, f"{', '.join(converted)} {was} converted to {target}."
 
 
 @lru_cache(maxsize=1024)
@@ -76,10 +76,10 @@ def scale_between(unit: str, target: str) -> tuple[float, float] | None:
 
 def _split_kind(unit: str) -> tuple[str, str]:
     """Split gauge, absolute, normal or standard off a unit, and spell the rest as pint does."""
-    found = re.search(_KIND, unit.strip())
+    match = re.search(_KIND, unit.strip())
     text = _KIND.sub("", unit.strip())
     if text.isupper() and ("/" in text or len(text) > 2):  # T/H is no tesla per henry
         text = {"KPA": "kPa", "MPA": "MPa", "DEGC": "degC", "DEGF": "degF"}.get(text, text.lower())
     for written, known in _SPELLINGS.items():
         text = re.sub(re.escape(written), known, text, flags=re.IGNORECASE)
-    return (found[1] or found[2]).lower() if found else "", _POWER.sub("**", text)
+    return (match[1] or match[2]).lower() if match else "", _POWER.sub("**", text)
