@@ -41,18 +41,19 @@ def test_json():
 def test_each_cause_has_a_model_of_its_own_features():
     models = cause_models()
     assert set(models.causes) == set(CAUSES)
-    for cause, model in (*models.causes.items(), ("unseen", models.unseen)):
+    others = {name: getattr(models, name) for name in ("unseen", "stuck", "position")}
+    for cause, model in (models.causes | others).items():
         assert model.features == tuple(one.name for one in CAUSE_FEATURES if cause in one.signs)
 
 
 @pytest.mark.parametrize(
     ("cause", "feature"),
-    [(cause, one) for one in CAUSE_FEATURES for cause in (*CAUSES, "unseen") if one.signs.get(cause)],
+    [(cause, one) for one in CAUSE_FEATURES for cause in one.signs if one.signs[cause]],
     ids=lambda x: getattr(x, "name", x),
 )
 def test_a_feature_acts_in_the_direction_of_its_sign(cause, feature):
     models = cause_models()
-    model = models.unseen if cause == "unseen" else models.causes[cause]
+    model = models.causes[cause] if cause in CAUSES else getattr(models, cause)
     rng = np.random.default_rng(3)
     for _ in range(8):
         other = {name: float(rng.normal(0.0, 2.0)) for name in UNKNOWN}
@@ -86,6 +87,12 @@ def test_detectable_stiction_needs_a_stem_that_moves():
     found = st.diagnose(replace(rest, op=rest.op + 50.0 + 0.001 * rng.normal(size=N)))
     assert (found.S_detectable, found.verdict) == (None, "undecided")
     assert "OP moved" in found.next_step
+
+
+def test_no_stiction_is_excluded_where_op_is_the_position_of_a_sticky_valve():
+    run = simulate(st.Kano(4.0, 1.5), load=4.0 * WAVE)
+    found = st.diagnose(replace(run, op=run.mv + 50.0, mv=None))
+    assert (found.S_detectable, found.verdict, found.finding) == (None, "undecided", "not_in_command")
 
 
 def simulate(valve, *, Kc=0.25, load=None, noise=0.1, random=0.6):
