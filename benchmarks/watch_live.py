@@ -144,58 +144,60 @@ def load(folder: Path, loops: int, seconds: float, window: str) -> None:
     }, indent=1))  # fmt: skip
 
 
-def restarts(folder: Path, count: int, seconds: float) -> None:
+def restarts(folder: Path, count: int, seconds: float, server: str) -> None:
     """Restart the server at random moments while it is written to at 10 Hz."""
+    from sources.node_opcua_plant import NodeOpcuaPlant
     from sources.opc_ua_plant import OpcUaPlant
+    from stiction.sources.historians.address import parse_address
+    from stiction.sources.historians.opc_ua_connection import trust_server
     from watch.test_collector import collected, drive, kept, make
 
-    async def run(plant) -> None:
-        collector, store = make(folder, plant, time.time_ns() // 1000)
+    is_node = server == "node-opcua"
+    plant = NodeOpcuaPlant(folder / "history.jsonl") if is_node else OpcUaPlant(1)
+    plant.start()
+
+    async def run() -> None:
+        await trust_server(parse_address(plant.url))
+        collector, store = make(folder, plant, time.time_ns() // 1000, **({"sampling": "0.05s"} if is_node else {}))
         task, ended = asyncio.create_task(collector.run()), asyncio.Event()
 
-        async def flush() -> None:
-            while True:
+        async def flush_for(wait_s: float, is_done=lambda: False) -> None:
+            end = time.monotonic() + wait_s
+            while time.monotonic() < end and not is_done():
+                await asyncio.sleep(0.2)
                 await collector.flush(0)
-                await asyncio.sleep(0.5)
 
-        flushing = asyncio.create_task(flush())
-        while not collector.is_current:
-            await asyncio.sleep(0.2)
-        driving = asyncio.create_task(drive(plant, ended))
+        await flush_for(60.0, lambda: collector.is_current)
+        driving = None if is_node else asyncio.create_task(drive(plant, ended))
         rng = random.Random(1)
-        moments = sorted(rng.uniform(0.0, seconds) for _ in range(count))
-        begin = time.monotonic()
-        for moment in moments:
-            await asyncio.sleep(max(0.0, moment - (time.monotonic() - begin)))
+        begin, first = time.monotonic(), time.time_ns() // 1000
+        for moment in sorted(rng.uniform(0.0, seconds) for _ in range(count)):
+            await flush_for(moment - (time.monotonic() - begin))
             await asyncio.to_thread(plant.stop)
             await asyncio.to_thread(plant.start)
-        await asyncio.sleep(max(0.0, seconds - (time.monotonic() - begin)))
-        while not collector.is_current:
-            await asyncio.sleep(0.2)
+        await flush_for(seconds - (time.monotonic() - begin))
+        await flush_for(60.0, lambda: collector.is_current)
+        last = time.time_ns() // 1000
         ended.set()
-        await driving
-        await asyncio.sleep(8.0)
-        flushing.cancel()
-        await collector.flush(0)
+        if driving:
+            await driving
+        await flush_for(8.0)
         task.cancel()
-        found = collected(collector, store)
-        for tag, rows in kept(plant).items():
-            values = [one for one in rows if one[1] != 0.0]
-            if not values:
-                continue
-            stamps = {stamp for stamp, *_ in values}
-            mine = [(stamp, status) for stamp, _, status in found[tag] if stamp in stamps]
-            wanted = [(stamp, status) for stamp, _, status in values]
-            missing = Counter(wanted) - Counter(mine)
+        written, rows = plant.written() if is_node else kept(plant), collected(collector, store)
+        for tag in ("FIC-101.PV", "FIC-101.OP"):
+            wanted = [(k, status) for k, value, status in written[tag] if first <= k < last and value]
+            stamps = {k for k, _ in wanted}
+            inside = [(k, status) for k, _, status in rows[tag] if first <= k < last]
+            mine = [one for one in inside if one[0] in stamps]
             print(json.dumps({
-                "tag": tag, "kept by the history": len(wanted), "lost": sum(missing.values()),
+                "tag": tag, "kept by the history": len(wanted), "lost": sum((Counter(wanted) - Counter(mine)).values()),
                 "double": sum((Counter(mine) - Counter(wanted)).values()), "in order": mine == wanted,
-                "others": len(found[tag]) - len(mine), **collector.counts,
+                "others": len(inside) - len(mine), **collector.counts,
             }))  # fmt: skip
         store.close()
 
-    with OpcUaPlant(1) as plant:
-        asyncio.run(run(plant))
+    asyncio.run(run())
+    plant.stop()
 
 
 def kills(folder: Path, count: int, seconds: float) -> None:
@@ -281,6 +283,7 @@ def main() -> None:
     parser.add_argument("--count", type=int)
     parser.add_argument("--window", default="300s")
     parser.add_argument("--port", type=int, default=0)
+    parser.add_argument("--server", choices=("asyncua", "node-opcua"), default="asyncua")
     given = parser.parse_args()
     given.folder.mkdir(parents=True, exist_ok=True)
     os.environ["STICTION_CONFIG"] = str(given.folder / "settings")
@@ -289,7 +292,7 @@ def main() -> None:
     elif given.what == "load":
         load(given.folder, given.loops, given.seconds or 600.0, given.window)
     elif given.what == "restarts":
-        restarts(given.folder, given.count or 10, given.seconds or 180.0)
+        restarts(given.folder, given.count or 10, given.seconds or 180.0, given.server)
     else:
         kills(given.folder, given.count or 20, given.seconds or 240.0)
 

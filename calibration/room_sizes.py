@@ -28,9 +28,9 @@ LIMITS = {
     "models": {"lines": 4700},
     "records": {"lines": 4600},
     "report": {"lines": 5300},
-    "simulation": {"lines": 2400},
+    "simulation": {"lines": 2800},
     "sources": {"lines": 12500},
-    "valvetests": {"lines": 3200},
+    "valvetests": {"lines": 2850},
     "watch": {"lines": 2500},
 }
 """Largest allowed size of each room: at most a tenth above what it was when the limit was set."""

@@ -32,14 +32,16 @@ if TYPE_CHECKING:
 __all__ = ["History", "history_windows", "read_histories"]
 
 TARGET = Path(__file__).resolve().parents[1] / "src" / "stiction" / "diagnosis" / "evidence" / "pooling.json"
-CORRELATIONS = (0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5)
+CORRELATIONS = (0.1, 0.15, 0.2, 0.3, 0.4, 0.5)
 """Correlations of the errors of windows that are tried [-]."""
 PENALTY = 2.0
 """Weight of the squared coefficients [-]."""
 FOLDS = 8
 """Folds of the cross-validation [-]."""
-SIGNS = {"spread": -1.0, "over_deadband": 1.0, "size": 1.0}
+SIGNS = {"spread": -1.0, "over_deadband": 1.0, "size": 1.0, "band_to_swing": -1.0}
 """Features whose coefficient may have one sign only."""
+LEAST_WEIGHT = 0.2
+"""Weight that the mean evidence of however many windows keeps at least [-]: more evidence never counts against."""
 
 
 def is_known(value: float | None) -> bool:
@@ -75,6 +77,7 @@ def history_windows(rows: pl.DataFrame) -> list[Window]:
                 None, float(row["window"]), row["window"] + 1.0, row["state"], row["probability"], **sizes,
                 S_detectable=row["S_detectable"],
                 causes=tuple(row[f"cause_{name}"] for name in CAUSES) if known else (),
+                band_to_swing=row["x_band_to_swing"] if is_known(row["x_band_to_swing"]) else 0.0,
                 over_deadband=float(sum(row[f"x_{name}"] for name in DEADBAND_FEATURES if is_known(row[f"x_{name}"]))),
                 evidence=evidence_of(min(max(row["probability"], 1e-6), 1.0 - 1e-6), DEFAULT_PRIOR) if known else 0.0,
             )
@@ -138,11 +141,13 @@ def independent_windows(n: NDArray[np.int64], correlation: float) -> NDArray[np.
 
 
 def fit(examples: Examples, correlation: float) -> NDArray[np.float64]:
-    """Coefficients by logistic regression with an offset, small ones preferred."""
+    """Coefficients by logistic regression with an offset, small ones of standardised features preferred."""
     from scipy.optimize import minimize
 
     further = independent_windows(examples.n, correlation) - 1.0
-    X = further[:, np.newaxis] * examples.features
+    scale = examples.features.std(axis=0)
+    scale = np.where(scale > 0.0, scale, 1.0)
+    X = further[:, np.newaxis] * examples.features / scale
     sign = np.where(examples.sticky, 1.0, -1.0)
 
     def cost(b: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
@@ -152,7 +157,9 @@ def fit(examples: Examples, correlation: float) -> NDArray[np.float64]:
 
     limits = {1.0: (0.0, None), -1.0: (None, 0.0), 0.0: (None, None)}
     bounds = [limits[SIGNS.get(name, 0.0)] for name in POOLED_FEATURES]
-    return minimize(cost, np.zeros(len(POOLED_FEATURES)), jac=True, bounds=bounds).x
+    k = POOLED_FEATURES.index("evidence")
+    bounds[k] = (scale[k] * (LEAST_WEIGHT - 1.0) / (1.0 / correlation - 1.0), None)
+    return minimize(cost, np.zeros(len(POOLED_FEATURES)), jac=True, bounds=bounds).x / scale
 
 
 def loss(examples: Examples, b: NDArray[np.float64], correlation: float) -> float:

@@ -16,7 +16,7 @@ from stiction.apps.output_files import csv_text
 KEYS = {
     "expected_improvement", "oscillation_cause",
     "file", "tag", "verdict", "probability", "action", "recommended", "refused", "reason", "risk", "S", "J",
-    "weights", "seeds", "remedies", "twin", "retuning", "structured_text", "work_order", "error",
+    "weights", "seeds", "max_travel", "remedies", "twin", "retuning", "structured_text", "work_order", "error",
 }  # fmt: skip
 GIVEN = ["--valve", "kano:S=5,J=2", "--noise", "0.05", "--seeds", "1"]
 

@@ -91,7 +91,7 @@ def test_unit_of_pv_plays_no_part():
 
 def test_weights_decide():
     plain = dict.fromkeys(WEIGHTS, 0.0)
-    by_pv = st.compensate(LOOP, weights=plain | {"pv_std": 1.0}, seeds=4)
+    by_pv = st.compensate(LOOP, weights=plain | {"pv_std": 1.0}, seeds=4, max_travel=1000.0)
     hand = [one for one in by_pv.remedies if one.at_hand]
     assert by_pv[by_pv.recommended].behaviour.pv_std == min(one.behaviour.pv_std for one in hand if not one.hurts)
     by_wear = st.compensate(LOOP, weights=plain | {"travel": 1.0, "pv_std": 0.1}, seeds=4)
@@ -216,6 +216,19 @@ def test_a_record_asks_for_twice_as_much(improvement, given, found):
     assert (choose_remedy(ranked)[0], choose_remedy(ranked, from_record=True)[0]) == (given, found)
     better = (ranked[0], trial_of("knocker", 0.21, 0.8, 0.7), ranked[2])
     assert (choose_remedy(better)[0], choose_remedy(better, from_record=True)[0]) == ("knocker", "knocker")
+
+
+@pytest.mark.parametrize(("max_travel", "chosen"), [(3.0, "knocker"), (10.0, "reinforcement"), (1.5, NO_ACTION)])
+def test_a_remedy_that_wears_the_valve_is_not_recommended(max_travel, chosen):
+    fix, nothing = trial_of(REPAIR, 0.9, 0.5, 0.05), trial_of(NO_ACTION, 0.0, 1.0, 1.0)
+    travel = nothing.behaviour.travel
+    tried = [
+        replace(one, behaviour=replace(one.behaviour, travel=times * travel))
+        for one, times in ((trial_of("reinforcement", 0.6, 0.8, 0.5), 9.0), (trial_of("knocker", 0.5, 0.8, 0.6), 2.5))
+    ]
+    name, reason, *_ = choose_remedy((fix, *tried, nothing), max_travel=max_travel)
+    assert name == chosen
+    assert ("9 times as far as now, and wears it (limit 1.5 times)" in reason) == (chosen == NO_ACTION)
 
 
 def test_a_valve_that_changes_nothing_is_not_compensated():

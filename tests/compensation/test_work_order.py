@@ -14,12 +14,13 @@ from hypothesis import strategies as some
 import stiction as st
 from report.diagnoses import diagnosis, identification, record
 from stiction.compensation.repair import residual_stiction
-from stiction.compensation.shop_tests import acceptance_criteria, plan_acceptance_test, plan_confirmation_tests
+from stiction.compensation.shop_tests import acceptance_criteria, plan_acceptance_test, plan_staircase
 from stiction.compensation.suspect_parts import rank_suspects
 from stiction.compensation.work_order import work_order
 from stiction.diagnosis.oscillation import find_oscillation
 from stiction.errors import ParameterError
 from stiction.records import LoopRecord
+from stiction.simulation.confirming_tests import plan_confirming_ramp
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +36,7 @@ def stroked(plan, S, J, noise=0.02):
 
 @pytest.mark.parametrize(("S", "J"), [(1.5, 0.6), (3.0, 1.0), (5.0, 2.0), (9.0, 3.0), (14.0, 14.0)])
 def test_the_tests_before_show_the_stiction_they_are_planned_for(S, J):
-    ramp, steps = plan_confirmation_tests(40.0, S)
+    ramp, steps = plan_confirming_ramp(40.0, S), plan_staircase(40.0, S)
     by_ramp, by_steps = st.analyse_ramp(stroked(ramp, S, J)), st.analyse_steps(stroked(steps, S, J))
     assert by_ramp.verdict == by_steps.verdict == "beyond limit"
     assert by_ramp.quantities()["S"].value == pytest.approx(S, rel=0.05)
@@ -66,7 +67,8 @@ def test_the_test_after_does_not_accept_a_small_S_as_it_was(run, S, J):
 @given(op=some.floats(0.0, 100.0), S=some.floats(0.01, 80.0))
 @settings(max_examples=60)
 def test_planned_tests_stay_within_the_span_and_reach_far_enough(op, S):
-    plans = (*plan_confirmation_tests(op, S), plan_acceptance_test(op, S))
+    stairs = plan_staircase(op, S)
+    plans = (plan_confirming_ramp(op, S), *([stairs] if stairs else []), plan_acceptance_test(op, S))
     for plan in plans:
         assert plan.op.min() >= 0.0
         assert plan.op.max() <= 100.0

@@ -43,7 +43,7 @@ def test_source_of_several_loops_needs_a_tag(files):
     with pytest.raises(st.ParameterError, match=r"holds 2 loops \(FIC-0, FIC-1\); name one with tag='FIC-0', or use"):
         st.diagnose(files)
     assert st.diagnose(files, tag="FIC-1", methods=False).verdict != "stiction"
-    with pytest.raises(st.ParameterError, match="tag = 'XIC-9' is no loop of"):
+    with pytest.raises(st.ParameterError, match="tag = 'XIC-9' is not a loop of"):
         st.diagnose(files, tag="XIC-9")
 
 
@@ -87,7 +87,7 @@ def test_empty_frame_and_costs_of_another_type_are_refused(records):
     pl = pytest.importorskip("polars")
     with pytest.raises(st.RecordError, match="export PV and OP of a loop"):
         st.diagnose(pl.DataFrame())
-    with pytest.raises(st.ParameterError, match="is no Costs"):
+    with pytest.raises(st.ParameterError, match="is not a Costs"):
         st.diagnose(records[0], costs=(1.0, 1.0, 0.3))
 
 

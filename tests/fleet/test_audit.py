@@ -14,7 +14,7 @@ import pytest
 import stiction as st
 from fleet.small_plant import records, require_same, require_sound_ledger, write_plant
 from stiction.errors import ParameterError, RecordError
-from stiction.fleet import LoopRow, Progress, compare_audits, confirmed_share, find_loop_places
+from stiction.fleet import Audit, LoopRow, Progress, compare_audits, confirmed_share, find_loop_places
 from stiction.fleet.labels import append_label
 from stiction.fleet.loop_work import cut_time
 from stiction.fleet.progress import LoopRate
@@ -60,7 +60,8 @@ def test_rows_are_ranked_and_sum_up(found):
     priorities = [row["priority"] for row in found.rows]
     assert priorities == sorted(priorities, reverse=True)
     for row in found.rows:
-        assert row["priority"] == pytest.approx(row["severity"] * row["confidence"] * row["importance"])
+        product = row["severity"] * row["confidence"] * row["importance"]
+        assert row["priority"] == pytest.approx(0.0 if row.waits else product)
         assert row["severity"] == pytest.approx(1.0 - np.prod([1.0 - part for part in row["severity_parts"].values()]))
     assert found.worst(3) == found.rows[:3]
     assert found.to_frame().height == 24
@@ -199,12 +200,24 @@ def test_members_that_follow_a_source_come_after_it():
 
 def test_nothing_is_changed_before_a_test_tells_which_of_two_loops_is_the_source():
     roots = [{"tag": tag, "probability": p} for tag, p in (("A", 0.5), ("B", 0.4), ("C", 0.1))]
-    group = {"number": 1, "leading_roots": ["A", "B"], "roots": roots}
+    group = {"number": 1, "leading_roots": ["A", "B"], "roots": roots, "period_s": 200.0}
     rows = [LoopRow(tag, status="diagnosed", finding="tuning", next_step="Halve the gain.") for tag in "ABC"]
     ranked = {row.tag: row for row in rank_members(rows, [group])}
     assert ranked["A"].next_step.startswith("Put A in manual for three periods: if B goes on swinging, B is the source")
+    assert ranked["A"].test.replace("\u00a0", " ") == "10 min in manual"
     assert ranked["C"].next_step == "Look again after A or B was put right."
     assert "Halve" not in " ".join(row.next_step + row.action for row in ranked.values())
+
+
+def test_comparison_shows_a_size_only_of_stiction_and_play(tmp_path):
+    known = {"status": "diagnosed", "loop_state": "in_control", "oscillation_cause": "tuning", "verdict": "no_stiction"}
+    sizes = {"tuning": 5.0, "sticks": 4.0}
+    rows = [LoopRow("A", finding=code, S=S, S_low=S, S_high=S, **known) for code, S in sizes.items()]
+    for row, shown in zip(rows, (None, 4.0), strict=True):
+        now, before = (Audit(tmp_path, [one], [], {}, {}) for one in (row, replace(row, S_low=9.0, S_high=9.0)))
+        [change] = compare_audits(now, before)
+        assert (change["S"], change["S_before"]) == (shown, shown)
+        assert change["change"] == ("same" if shown is None else "better")
 
 
 @pytest.mark.parametrize("cause", ["external", "tuning"])
@@ -314,7 +327,7 @@ def test_compare_and_labels(found, copy):
     audit = st.open_audit(copy)
     assert {row["change"] for row in compare_audits(audit, found)} == {"same"}
     sticky = [row["tag"] for row in audit.rows if row["verdict"] == "stiction"]
-    good = {"verdict": "no_stiction", "S": None, "S_low": None, "oscillation_cause": "none"}
+    good = {"finding": "nothing_found", "verdict": "no_stiction", "S": None, "S_low": None, "oscillation_cause": "none"}
     healed = with_row(audit, sticky[0], **good)
     changes = {one["tag"]: one["change"] for one in compare_audits(healed, found)}
     assert changes[sticky[0]] == "gone"

@@ -102,7 +102,7 @@ def test_any_writing_of_a_spreadsheet_can_be_appended_to(tmp_path, name):
 def test_character_that_the_file_cannot_hold_is_refused(tmp_path):
     path = tmp_path / "labels.csv"
     path.write_bytes("tag,time,label,note,author\nFIC-1,2026-01-01,note,Söhne,Jörg\n".encode("cp1252"))
-    with pytest.raises(RecordError, match=r"has no '弁'; save it as CSV in UTF-8"):
+    with pytest.raises(RecordError, match=r"does not have the character '弁'; save it as CSV in UTF-8"):
         append_label(tmp_path, "FIC-2", "note", "弁")
     assert len(read_labels(tmp_path)) == 1
 

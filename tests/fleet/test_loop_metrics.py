@@ -33,6 +33,13 @@ def test_small_moves_are_no_reversals():
     assert loop_metrics(record(op=50.0 + 0.2 * WAVE)).reversals_per_day == 0.0
 
 
+@pytest.mark.parametrize("noise", [0.2, 0.5])
+def test_noise_makes_no_reversals(noise):
+    """120 periods reverse 240 times in two hours, however noisy OP is."""
+    op = 50.0 + 4.0 * WAVE + np.random.default_rng(3).normal(0.0, noise, N)
+    assert loop_metrics(record(op=op)).reversals_per_day == pytest.approx(2 * 1440, rel=0.02)
+
+
 def test_position_counts_where_it_is_recorded():
     assert loop_metrics(record(mv=50.0 + WAVE)).valve_travel_per_day == pytest.approx(4 * 1440, rel=2e-3)
 

@@ -8,20 +8,23 @@ import openpyxl
 import pytest
 
 from stiction.fleet import Audit, LoopRow, append_label, work_list
+from stiction.fleet.rank import rank_row
 from stiction.fleet.work_list_file import write_work_list_file
 from stiction.report.work_list_page import write_work_list_page
 
 DONE = {"status": "diagnosed", "loop_state": "in_control"}
 ROWS = [
-    LoopRow("PIC-1", "A", "Valve stiction", "Ramp OP.", "sticks", S=4.1, action="Check packing.", priority=3.0,
+    LoopRow("PIC-1", "A", "Valve stiction", "Ramp OP.", finding="sticks", S=4.1, action="Check packing.", priority=3.0,
             priority_reason="It costs.", verdict="stiction", **DONE),
-    LoopRow("FIC-2", "A", "Oscillates with PIC-1", "Look again after PIC-1 was put right.", "follows", follows="PIC-1",
-            **DONE),
-    LoopRow("TIC-3", "B", "Controller tuning", "Halve the gain.", "tuning", action="Lower the gain.", **DONE),
-    LoopRow("LIC-4", "B", "Cannot tell", "Step OP.", "cannot_tell", **DONE),
-    LoopRow("LIC-5", "B", "Cannot tell", "Put the controller in manual.", "cannot_tell", oscillating=True, **DONE),
-    LoopRow("FIC-6", "B", "PV is frozen", "Check the transmitter.", "sensor", status="skipped", loop_state="pv_frozen"),
-    LoopRow("FIC-7", "B", "No valve stiction found", "Nothing to do now.", "nothing_found", **DONE),
+    LoopRow("FIC-2", "A", "Oscillates with PIC-1", "Look again after PIC-1 was put right.", finding="follows",
+            follows="PIC-1", **DONE),
+    LoopRow("TIC-3", "B", "Controller tuning", "Halve the gain.", finding="tuning", action="Lower the gain.", **DONE),
+    LoopRow("LIC-4", "B", "Cannot tell", "Step OP.", finding="cannot_tell", **DONE),
+    LoopRow("LIC-5", "B", "Cannot tell", "Put the controller in manual.", finding="cannot_tell", oscillating=True,
+            test_time_s=900.0, **DONE),
+    LoopRow("FIC-6", "B", "PV is frozen", "Check the transmitter.", finding="sensor", status="skipped",
+            loop_state="pv_frozen"),
+    LoopRow("FIC-7", "B", "No valve stiction found", "Nothing to do now.", finding="nothing_found", **DONE),
     LoopRow("FIC-8", "B", status="error", reason="The file is damaged."),
 ]  # fmt: skip
 
@@ -44,6 +47,16 @@ def test_each_loop_goes_to_its_crew_and_followers_wait(tmp_path):
     assert (first.follow, first.S, first.task, first.check) == (("FIC-2",), "4.1 %", "Check packing.", "Ramp OP.")
     assert {one.state for one in items} == {"open"}
     assert items[-1].task == "The file is damaged."
+    assert [one.test.replace("\u00a0", " ") for one in items] == ["", "", "15 min in manual", "", ""]
+
+
+def test_one_rule_says_which_open_question_can_wait(tmp_path):
+    """The loop of which the work list asks no test has no place in the table of the audit either."""
+    quiet = rank_row(replace(ROWS[3], severity=0.5, confidence=0.5))
+    assert (quiet.waits, quiet.priority, quiet.test) == (True, 0.0, "")
+    swings = rank_row(replace(ROWS[4], severity=0.5, probability=0.4))
+    assert (swings.waits, swings.priority) == (False, pytest.approx(0.2))
+    assert not {one.tag for one in work_list(audit_of(tmp_path, [quiet]))}
 
 
 def test_notes_give_the_state(tmp_path):
@@ -74,7 +87,8 @@ def test_next_audit_says_what_the_repair_did(tmp_path, after, result):
     [item] = [one for one in work_list(audit_of(tmp_path, repaired, {"PIC-1": [before, later]})) if one.tag == "PIC-1"]
     assert (item.state, item.result.replace("\u00a0", " ")) == ("done", result)
     [item] = [one for one in work_list(audit_of(tmp_path, ROWS, {"PIC-1": [before]})) if one.tag == "PIC-1"]
-    assert item.result == "No audit of a later record yet."
+    assert item.result == "The records of this audit are from before it."
+    assert item.state_text.startswith("done 20")
 
 
 def test_list_is_written_as_page_and_file(tmp_path):

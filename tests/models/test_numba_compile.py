@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import logging
+import subprocess
+import sys
 
 import numba
 import pytest
@@ -43,3 +45,12 @@ def test_kernels_of_other_packages_are_not_logged(listener, caplog):
         compile_one("somebody.else")
     assert not listener.has_logged
     assert not caplog.records
+
+
+def test_stored_kernel_is_loaded_without_preparing_to_compile():
+    program = (
+        "import sys, stiction as st;"
+        "print(st.stroke(st.Stenman(2.0), [0.0, 1.0, 3.0, 2.0], dt=1.0).mv.tolist(), 'numba.np.linalg' in sys.modules)"
+    )
+    runs = [subprocess.run([sys.executable, "-c", program], capture_output=True, text=True) for _ in range(2)]
+    assert runs[1].stdout == "[0.0, 0.0, 3.0, 3.0] False\n", runs[1].stderr

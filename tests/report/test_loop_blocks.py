@@ -55,6 +55,7 @@ def test_a_judged_loop_has_every_section_in_order(judged):
     assert headline.line == labels.headline(judged)
     assert headline.reason == judged.reason
     assert headline.action == f"{judged.action} Next step: {judged.next_step}"
+    assert ("Plan of the test", judged.valve_test.command) in headline.facts
 
 
 def test_a_loop_that_follows_another_gets_no_action(judged):

@@ -13,7 +13,7 @@ from hypothesis import strategies as some
 
 import stiction as st
 from report.diagnoses import record
-from stiction.compensation.shop_tests import plan_confirmation_tests
+from stiction.compensation.shop_tests import plan_staircase
 from stiction.records import LoopRecord
 from stiction.records.assess import assess_quality
 from stiction.report import labels, write_report
@@ -94,7 +94,9 @@ def test_no_remedy_is_set_for_an_op_in_another_unit(found):
 def test_the_work_order_has_no_sizes_in_another_unit(found):
     order = st.work_order(found["OP units"])
     assert np.isnan([order.S, order.S_low, order.S_high, order.J, order.J_low, order.J_high]).all()
-    assert order.before == plan_confirmation_tests(50.0, 5.0)
+    plan = order.before[0]
+    assert (plan.settings["low"], plan.settings["high"]) == (42.5, 57.5)  # 50 % and three times 5 %
+    assert order.before[1] == plan_staircase(50.0, 5.0)
     assert "of the stroke" not in order.to_text()
 
 

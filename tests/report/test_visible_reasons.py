@@ -34,7 +34,9 @@ def test_rests_are_where_the_true_valve_rests(sticky):
 
 def test_sentences_say_rests_size_and_fit(sticky):
     text = " ".join(visible_reasons(sticky)).replace("\u00a0", " ")
-    [times, move] = re.search(r"rests (\d+) times while OP goes on moving, by ([\d.]+) %", text).groups()  # type: ignore[union-attr]
+    [times, move] = re.search(
+        r"rests (\d+) times while OP goes on moving, each time by about ([\d.]+) %", text
+    ).groups()  # type: ignore[union-attr]
     assert int(times) == len(find_rests(sticky))
     assert float(move) == pytest.approx(5.0, rel=0.3)
     assert "With a good valve the same loop would explain" in text

@@ -95,6 +95,20 @@ class OpcUaPlant:
         data = ua.DataValue(ua.Variant(value, kind), ua.StatusCode(status), SourceTimestamp=moment)
         await self._server.get_node(self.nodes[tag]).write_value(data)
 
+    def delete(self, tag: str) -> None:
+        """Take a variable from the running server."""
+        node = self._server.get_node(self.nodes[tag])
+        asyncio.run_coroutine_threadsafe(self._server.delete_nodes([node]), self._loop).result(30)
+
+    def add_again(self, tag: str) -> None:
+        """Give a variable that was deleted back to the running server, under its old node id."""
+
+        async def add() -> None:
+            node = self.nodes[tag]
+            await self._server.nodes.objects.add_variable(node, tag, 0.0, ua.VariantType.Double)
+
+        asyncio.run_coroutine_threadsafe(add(), self._loop).result(30)
+
     def keep(self, tag: str, seconds, values, status=None) -> None:
         """Put values into the history without passing through the server."""
         rows = self.kept.setdefault(self.nodes[tag].to_string(), [])

@@ -1,9 +1,13 @@
 // An OPC UA server of node-opcua for tests: one loop at 10 Hz, with history and bad values. It prints each value that it
-// sets as a line [tag, milliseconds since 1970, value, status]; the first line is "ready".
+// sets as a line [tag, milliseconds since 1970, value, status]; the first line is "ready". A file of such lines, as second
+// argument, is the history of an earlier run.
 const { OPCUAServer } = require("node-opcua-server");
 const { DataType } = require("node-opcua-variant");
-const { StatusCodes } = require("node-opcua-status-code");
+const { DataValue } = require("node-opcua-data-value");
+const { StatusCodes, getStatusCodeFromCode } = require("node-opcua-status-code");
+const { existsSync, readFileSync } = require("fs");
 const port = Number(process.argv[2]);
+const history = process.argv[3];
 
 (async () => {
   const server = new OPCUAServer({ port, resourcePath: "/plant", allowAnonymous: true });
@@ -28,6 +32,15 @@ const port = Number(process.argv[2]);
     const data = { dataType: DataType.Double, value };
     nodes[role].setValueFromSource(data, status || StatusCodes.Good, now);
     console.log(JSON.stringify([`FIC-101.${role}`, now.getTime(), value, (status || StatusCodes.Good).value]));
+  }
+  if (history && existsSync(history)) {
+    for (const line of readFileSync(history, "utf8").split("\n").filter(Boolean)) {
+      const [tag, milliseconds, value, status] = JSON.parse(line);
+      await nodes[tag.split(".")[1]].varHistorian.push(new DataValue({
+        value: { dataType: DataType.Double, value }, sourceTimestamp: new Date(milliseconds),
+        statusCode: getStatusCodeFromCode(status),
+      }));
+    }
   }
   await server.start();
   console.log("ready");

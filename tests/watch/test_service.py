@@ -104,7 +104,7 @@ def test_a_source_that_is_gone_is_reported_and_the_round_goes_on(plant, capsys):
         (["watch", "none.toml"], "cannot be read"),
         (["watch", "none.toml", "--trust", "https://host"], "is not the address of an OPC UA server"),
         (["watch", "none.toml", "--comment", "text"], "--comment needs an alarm"),
-        (["watch", "none.toml", "--shelve", "a", "--acknowledge", "b"], "stands beside another action"),
+        (["watch", "none.toml", "--shelve", "a", "--acknowledge", "b"], "is given with another action"),
     ],
 )
 def test_wrong_commands_are_reported(arguments, message, capsys):

@@ -85,5 +85,6 @@ def failed_advice_dict(failure: Failure) -> dict[str, Any]:
     return {
         "file": failure.file, "tag": failure.tag, "verdict": "undecided", "reason": failure.reason,
         "action": failure.remedy, "recommended": None, "expected_improvement": None, "refused": True, "risk": "",
-        "weights": {}, "seeds": 0, "remedies": [], **dict.fromkeys(unknown), "error": failure.reason,
+        "weights": {}, "seeds": 0, "max_travel": None, "remedies": [],
+        **dict.fromkeys(unknown), "error": failure.reason,
     }  # fmt: skip

@@ -80,7 +80,8 @@ def audit(
     """Audit the loops of a plant: diagnose all, worst first, rank them, group shared oscillations.
 
     Ctrl-C stops; the same command goes on. Without SOURCE it shows the audit in --out again. Exit code 1 when a valve
-    sticks, 0 when none does, 3 when the source or the folder cannot be used or every loop failed.
+    sticks, 0 when none does or nothing is new since --since last, 3 when the source or the folder cannot be used or
+    every loop failed.
 
     Parameters
     ----------
@@ -107,6 +108,8 @@ def audit(
     if found is None:
         print_err("Stopped. The results so far are stored; run the same command again to continue.")
         return 130
+    if found.run.get("nothing_since"):
+        return _say_nothing_is_new(found, as_json=as_json)
     if not sources:
         _check_pages(page, [row.tag for row in found.rows])
     changes = None
@@ -126,6 +129,18 @@ def audit(
     if failed and failed == counts["loops"]:
         return 3
     return int(counts["stiction"] > 0)
+
+
+def _say_nothing_is_new(found: "Audit", *, as_json: bool) -> int:
+    """Say that no loop has samples after the last audit, which stays as it is."""
+    from stiction.apps.output import print_err, print_json, print_out
+    from stiction.display.duration_format import format_time
+
+    if as_json:
+        print_json(found.to_dict())
+    show = print_err if as_json else print_out
+    show(f"Nothing is new: no loop has samples after {format_time(found.run['nothing_since'], local=True)}.")
+    return 0
 
 
 def _run(

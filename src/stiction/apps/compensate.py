@@ -28,6 +28,7 @@ def compensate(
     weights: str | None = None,
     seeds: int = 20,
     duration: float | None = None,
+    max_travel: float = 3.0,
     process: TextOption = None,
     valve: TextOption = None,
     noise: float | None = None,
@@ -56,6 +57,8 @@ def compensate(
         Runs of each remedy; noise and load differ from run to run (20).
     duration
         Length in seconds of the part of each run before the steps; by default 14 periods of the cycle.
+    max_travel
+        Largest stem travel of a recommended remedy over the present one (3): more wears the valve.
     process
         Without FILE: "3 exp(-10s)/(10s+1)" (the default), fopdt:K=3,tau=10,dead_time=10, and so on as for simulate.
     valve
@@ -84,6 +87,7 @@ def compensate(
         "weights": check_weights(parse_weights(weights)),
         "seeds": require_count("seeds", seeds),
         "duration": None if duration is None else require_positive("duration", duration, "s"),
+        "max_travel": max_travel,
     }
     targets = _check_targets(files, report, structured_text, work_order)
     from stiction.apps.advise import advise_file, advise_loop

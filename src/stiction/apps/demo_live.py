@@ -62,7 +62,7 @@ def demo_live(folder: Path, *, seed: int = 0) -> int:
             await watch.run()
         finally:
             playing.cancel()
-            await server.stop()
+            await server.server.stop()
 
     asyncio.run(run())
     return 0
@@ -137,7 +137,3 @@ class _PlantServer:
                 data = ua.DataValue(ua.Variant(float(values[k]), ua.VariantType.Double), SourceTimestamp=stamp)
                 await node.write_value(data)
             await asyncio.sleep(max(0.0, begin + (k + 1) * SAMPLE_S / SPEED - loop.time()))
-
-    async def stop(self) -> None:
-        """Stop the server."""
-        await self.server.stop()

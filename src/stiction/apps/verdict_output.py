@@ -43,7 +43,8 @@ def print_verdicts(diagnoses: Sequence[Diagnosis], failures: Sequence[Failure], 
 def failed_diagnosis_dict(failure: Failure) -> dict[str, Any]:
     """Return a failure with the keys of a diagnosis and `error`, so that all JSON objects have the same keys."""
     unknown = ("probability", "prior", "op_unit", "dt_s", "loop_state", "stiction", "controller", "oscillation",
-               "oscillation_cause", "S_detectable", "average_log_odds", "windows_needed", "quality")  # fmt: skip
+               "oscillation_cause", "valve_test", "S_detectable", "average_log_odds", "windows_needed",
+               "quality")  # fmt: skip
     return {
         "file": failure.file, "tag": failure.tag, "verdict": "undecided", "reason": failure.reason,
         "action": failure.remedy, "finding": "no_data", "next_step": "",

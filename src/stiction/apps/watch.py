@@ -34,7 +34,7 @@ class AlarmOptions:
     shelve
         Announce the alarm no more until --until.
     out_of_service
-        Raise no alarms of this loop until --in-service.
+        Raise no alarms of this loop, with or without an alarm now, until --in-service.
     in_service
         Raise alarms of this loop again.
     until
@@ -151,7 +151,7 @@ def _chosen_action(options: AlarmOptions) -> tuple[str, str] | None:
     names = ("acknowledge", "shelve", "out_of_service", "in_service")
     chosen = [(name, str(getattr(options, name))) for name in names if getattr(options, name) is not None]
     if len(chosen) > 1:
-        raise ParameterError(f"--{chosen[1][0].replace('_', '-')} stands beside another action; give one at a time.")
+        raise ParameterError(f"--{chosen[1][0].replace('_', '-')} is given with another action; give one at a time.")
     if not chosen and options.comment is not None:
         if options.alarm is None:
             raise ParameterError("--comment needs an alarm; name it with --alarm.")

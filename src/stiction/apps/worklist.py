@@ -24,11 +24,11 @@ class MarkOptions:
     Parameters
     ----------
     mark
-        Note a state first, such as FIC-101=done: planned, done, rejected, or acknowledged to open it again.
+        Note a state first, such as FIC-101=done: planned, done, rejected, or open to open it again.
     note
-        Text of that note.
+        Text of the note of --mark.
     author
-        Who writes it.
+        Who writes the note of --mark.
     """
 
     mark: str | None = None
@@ -72,6 +72,8 @@ def worklist(
     found, other = open_audit(audit), None if earlier is None else open_audit(earlier)
     if state.mark is not None:
         _mark(found, state)
+    elif state.note or state.author:
+        raise ParameterError(f"{'--note' if state.note else '--author'} belongs to --mark; add --mark TAG=STATE.")
     folder = Path(out) if out else found.folder / "worklist"
     _require_own_folder(folder)
     items = work_list(found, other)
@@ -85,7 +87,7 @@ def worklist(
     show = print_err if as_json else print_out
     show(f"\nPage:   {page}\nExcel:  {table}")
     if written:
-        show(f"Orders: {folder / 'orders'} ({len(written)})")
+        show(f"Orders: {folder / 'orders'} ({len(written)}, linked in the page)")
     return int(any(item.state == "open" for item in items))
 
 
@@ -100,26 +102,32 @@ def _require_own_folder(folder: Path) -> None:
 def _mark(audit: "Audit", state: MarkOptions) -> None:
     """Write the note that gives an item its state."""
     from stiction.fleet.labels import append_label
+    from stiction.fleet.work_list import STATES
 
-    tag, _, label = (state.mark or "").rpartition("=")
+    tag, _, word = (state.mark or "").rpartition("=")
     if not tag:
         raise ParameterError(f"--mark {state.mark} has no state; write a tag and a state, such as FIC-101=done.")
+    if word not in STATES:
+        raise ParameterError(f"--mark {state.mark}: {word!r} is not a state; give one of {', '.join(STATES)}.")
     audit.row(tag)
-    append_label(audit.folder, tag, label, state.note, state.author)
+    append_label(audit.folder, tag, "acknowledged" if word == "open" else word, state.note, state.author)
 
 
 def _write_orders(audit: "Audit", items: "tuple[WorkItem, ...]", count: int, folder: Path) -> dict[str, str]:
     """Write the work orders of the worst valves; a valve whose record cannot be read is named, and left out."""
     from stiction import work_order
     from stiction.apps.output import print_err, track
+    from stiction.records.atomic_write import safe_file_name
     from stiction.report.work_list_page import write_order_page
 
     valves = [item for item in items if item.kind == "repair" and item.state in ("open", "planned")]
     valves = [one for one in valves if audit.row(one.tag).verdict == "stiction"]
     chosen = sorted(valves, key=lambda item: -item.priority)[:count]
-    written = {}
+    written, taken = {}, set[str]()
     for item in track(chosen, "Writing work orders"):
-        name = f"orders/{audit.signal_parts[item.tag][0]}.html"
+        names = [safe_file_name(item.tag), *(f"{safe_file_name(item.tag)}-{k}" for k in range(2, len(chosen) + 1))]
+        name = next(name for each in names if (name := f"orders/{each}.html").casefold() not in taken)
+        taken.add(name.casefold())
         try:
             order = work_order(audit.diagnose(audit.read(item.tag)))
             write_order_page(order, item, folder / name)
@@ -143,7 +151,6 @@ def _print_items(items: "tuple[WorkItem, ...]") -> None:
             continue
         print_out(f"\n{title}: {count_noun(len(chosen), 'loop')} ({crew})")
         rows = [
-            [item.area, item.tag, item.finding_text, item.task, item.S, item.result or item.note or item.state]
-            for item in chosen
+            [item.area, item.tag, item.finding_text, item.task, item.test, item.S, item.state_text] for item in chosen
         ]
-        print_table(["Area", "Loop", "Finding", "What to do", "S", "State"], rows)
+        print_table(["Area", "Loop", "Finding", "What to do", "Test", "S", "State"], rows)

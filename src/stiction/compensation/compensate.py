@@ -7,7 +7,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.compensation.cost import check_weights, cost
-from stiction.compensation.recommend import choose_remedy, refusal_reason, repair_not_worthwhile
+from stiction.compensation.recommend import (
+    MAX_TRAVEL,
+    choose_remedy,
+    refusal_reason,
+    repair_not_worthwhile,
+    wears_too_much,
+)
 from stiction.compensation.remedies import NO_ACTION, REPAIR, Remedy, remedies_for
 from stiction.compensation.repair import stiction_of
 from stiction.compensation.result import CompensationTrial, LoopPerformance, RemedyTrial
@@ -48,6 +54,7 @@ def compensate(
     weights: Mapping[str, float] | None = None,
     seeds: int = 20,
     duration: float | None = None,
+    max_travel: float = MAX_TRAVEL,
     progress: Callable[[int, int], Any] | None = None,
 ) -> CompensationTrial:
     """Try every remedy for a sticky valve on a simulated copy of the loop, and recommend one until the next shutdown.
@@ -65,6 +72,8 @@ def compensate(
         Runs of each remedy; noise and load differ from run to run [-].
     duration : float, optional
         Length of the undisturbed part of each run [s]; by default 14 periods of the cycle.
+    max_travel : float
+        Largest stem travel of a recommended remedy over the present one [-].
     progress : callable, optional
         Called after each job with the number of finished jobs and their total.
 
@@ -84,10 +93,11 @@ def compensate(
     Notes
     -----
     A remedy is recommended only if it lowers the standard deviation of the control error by at least 10 % (20 % on the
-    twin of a record), costs less than doing nothing, and raises the deviation by at most 5 % when S and J are wrong by
-    30 %. On the twin of a record, only the knocker and constant reinforcement can be recommended, because a twin
-    predicts the improvement of the other remedies badly; they must lower the deviation by 10 % even with wrong S and J.
-    No advice is given if even a good valve would lower the deviation by less than 10 %.
+    twin of a record), costs less than doing nothing, moves the stem at most `max_travel` times as far as now, and
+    raises the deviation by at most 5 % when S and J are wrong by 30 %. On the twin of a record, only the knocker and
+    constant reinforcement can be recommended, because a twin predicts the improvement of the other remedies badly; they
+    must lower the deviation by 10 % even with wrong S and J. No advice is given if even a good valve would lower the
+    deviation by less than 10 %.
     Repair of the valve is always tried too, but it has to wait for the shutdown.
 
     Examples
@@ -100,6 +110,7 @@ def compensate(
     """
     whole = check_weights(weights)
     seeds = require_count("seeds", seeds)
+    max_travel = require_positive("max_travel", max_travel)
     if duration is not None:
         duration = require_positive("duration", duration, "s")
     if isinstance(source, Diagnosis):
@@ -124,12 +135,12 @@ def compensate(
         return _no_advice(tag, twin.reason, whole, twin, S, J)
     if not twin.simulated.period > 0.0:
         return _no_advice(tag, "The loop does not oscillate, so there is nothing to compensate.", whole, twin, S, J)
-    return _run_trial(tag, twin, S, J, whole, seeds, duration, progress)
+    return _run_trial(tag, twin, S, J, whole, seeds, duration, max_travel, progress=progress)
 
 
 def _run_trial(
     tag: str, twin: Twin, S: float, J: float, weights: dict[str, float], seeds: int, duration: float | None,
-    progress: Callable[[int, int], Any] | None,
+    max_travel: float, progress: Callable[[int, int], Any] | None,
 ) -> CompensationTrial:  # fmt: skip
     plan = plan_programme(twin, S, duration)
     find_setting = retune if twin.inputs is None else retune_step
@@ -143,7 +154,8 @@ def _run_trial(
         zip([id(r) for r, _ in picks], run_jobs(twin, plan, [job for _, job in picks], S, J, done), strict=True)
     )
     nothing = run_jobs(twin, plan, [Job(fixed[0], 1.0, 1.0, few)], S, J)[0].mean(axis=0)
-    remedies = [*fixed, *(_cheapest_variant(options, compared, nothing, weights) for options in variants.values())]
+    best = [_cheapest_variant(options, compared, nothing, weights, max_travel) for options in variants.values()]
+    remedies = [*fixed, *best]
     jobs = [Job(remedy, 1.0, 1.0, seeds) for remedy in remedies]
     jobs += [Job(remedy, *wrong, some) for remedy in remedies for wrong in S_J_ERROR_FACTORS]
     tables = run_jobs(twin, plan, jobs, S, J, done)
@@ -165,14 +177,14 @@ def _run_trial(
         )  # fmt: skip
     ranked = tuple(sorted(trials, key=lambda one: one.cost))
     found = twin.inputs is not None
-    recommended, reason, risk, expected = choose_remedy(ranked, from_record=found)
+    recommended, reason, risk, expected = choose_remedy(ranked, from_record=found, max_travel=max_travel)
     if found and (none := repair_not_worthwhile(next(one for one in ranked if one.name == REPAIR))):
         recommended, reason, risk, expected = None, none, "", float("nan")
     shown = {NO_ACTION, REPAIR, recommended}
     trends = {one.name: _first_run(twin, plan, one.remedy) for one in ranked if one.name in shown}
     return CompensationTrial(
         tag, ranked, recommended, reason, risk, S, J=J, twin=twin, retuning=retuning, weights=weights, seeds=seeds,
-        trends=trends, expected=expected,
+        trends=trends, expected=expected, max_travel=max_travel,
     )  # fmt: skip
 
 
@@ -181,10 +193,15 @@ def _cheapest_variant(
     compared: dict[int, NDArray[np.float64]],
     nothing: NDArray[np.float64],
     weights: dict[str, float],
+    max_travel: float,
 ) -> Remedy:
-    def cost_of(remedy: Remedy) -> float:
+    """Return the cheapest variant; one that moves the stem too far only where all do."""
+    now = LoopPerformance(*nothing)
+
+    def cost_of(remedy: Remedy) -> tuple[bool, float]:
         row = compared[id(remedy)].mean(axis=0)
-        return cost(row, nothing, float(row[0] / nothing[0]), weights)
+        wears = wears_too_much(LoopPerformance(*row), now, max_travel=max_travel)
+        return wears, cost(row, nothing, float(row[0] / nothing[0]), weights)
 
     return min(options, key=cost_of)
 

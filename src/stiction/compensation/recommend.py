@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 from stiction.compensation.remedies import NO_ACTION, REPAIR
 
 if TYPE_CHECKING:
-    from stiction.compensation.result import RemedyTrial
+    from stiction.compensation.result import LoopPerformance, RemedyTrial
     from stiction.diagnosis import Diagnosis
 
-__all__ = ["choose_remedy", "refusal_reason", "repair_not_worthwhile"]
+__all__ = ["MAX_TRAVEL", "choose_remedy", "refusal_reason", "repair_not_worthwhile", "travel_ratio", "wears_too_much"]
 
 OPEN_LOOP_REMEDIES = ("two-move", "four-move")
 """Remedies that open the loop."""
@@ -23,6 +23,8 @@ PREDICTABLE_REMEDIES = ("knocker", "constant reinforcement")
 other controller settings do, depends on properties that a record does not show (docs/understand/remedies.md)."""
 MAX_DEVIATION_WITH_ERRORS = 0.90
 """Largest PV deviation relative to doing nothing on the twin of a record, with S and J wrong by 30 % [-]."""
+MAX_TRAVEL = 3.0
+"""Largest stem travel of a remedy over the present one [-]: see `wears_too_much`."""
 PLANT_TO_TWIN_RATIO = 0.9
 """Improvement of the plant relative to that of its twin [-]: the settings fit the twin best."""
 
@@ -58,33 +60,67 @@ def repair_not_worthwhile(fix: RemedyTrial) -> str:
     )
 
 
-def choose_remedy(ranked: tuple[RemedyTrial, ...], *, from_record: bool = False) -> tuple[str, str, str, float]:
+def travel_ratio(one: LoopPerformance, now: LoopPerformance) -> float:
+    """Stem travel with a remedy over the present one [-]."""
+    return one.travel / max(now.travel, 1e-300)
+
+
+def wears_too_much(one: LoopPerformance, now: LoopPerformance, *, max_travel: float = MAX_TRAVEL) -> bool:
+    """Whether a remedy moves the stem so far that packing and seat wear out before the repair.
+
+    Parameters
+    ----------
+    one, now : LoopPerformance
+        The loop with the remedy, and as it is.
+    max_travel : float
+        Largest stem travel over the present one [-]. A knocker of half of S needs up to 2.6 times (the table in
+        docs/understand/remedies.md); a month with three times the travel wears the valve as three months do now.
+
+    Returns
+    -------
+    bool
+        Whether it does.
+
+    References
+    ----------
+    munaro2016: pulses wear the valve, and a method that moves the stem less is to be preferred.
+    """
+    return travel_ratio(one, now) > max_travel
+
+
+def choose_remedy(
+    ranked: tuple[RemedyTrial, ...], *, from_record: bool = False, max_travel: float = MAX_TRAVEL
+) -> tuple[str, str, str, float]:
     """Choose the remedy to use until the next shutdown.
 
     `ranked`: the trials, the cheapest first. `from_record`: whether they were made on the twin of a record; otherwise
-    on a given loop. Returns its name, the reason, the risk, and the share by which it is expected to lower the PV
-    deviation [-].
+    on a given loop. `max_travel`: largest stem travel over the present one [-]. Returns its name, the reason, the risk,
+    and the share by which it is expected to lower the PV deviation [-].
     """
     fix = next(one for one in ranked if one.name == REPAIR)
     nothing = next(one for one in ranked if one.name == NO_ACTION)
     least = MIN_IMPROVEMENT_OF_TWIN if from_record else MIN_IMPROVEMENT_OF_LOOP
     helping = [one for one in ranked if one.at_hand and one.improvement >= least and one.cost < nothing.cost]
-    safe = [one for one in helping if not one.hurts and (not from_record or _is_predictable(one))]
+    now = nothing.behaviour
+    gentle = [one for one in helping if not wears_too_much(one.behaviour, now, max_travel=max_travel)]
+    safe = [one for one in gentle if not one.hurts and (not from_record or _is_predictable(one))]
     repair = f"Repair of the valve lowers the PV deviation by {100.0 * fix.improvement:.0f} %"
     if fix.improvement < MIN_REPAIR_IMPROVEMENT:
         repair = f"Repair of the valve changes the PV deviation by {_format_change(-fix.improvement)}"
     if not safe:
         why = f"{repair}; no other remedy lowers it by {100.0 * least:.0f} % and costs less than doing nothing"
         if helping:
-            one = helping[0]
+            one = (gentle or helping)[0]
             why = (
                 f"{repair}; until then the remedy '{one.name}' would lower it by {100.0 * one.improvement:.0f} %, but "
             )
-            why += (
-                f"raises it to {one.worst:.2f} times that of doing nothing if S and J are wrong by 30 %"
-                if one.hurts
-                else "the model identified from one record is not reliable enough for this remedy"
-            )
+            if not gentle:
+                times = _format_ratio(one.behaviour.travel, now.travel)
+                why += f"moves the stem {times} times as far as now, and wears it (limit {max_travel:g} times)"
+            elif one.hurts:
+                why += f"raises it to {one.worst:.2f} times that of doing nothing if S and J are wrong by 30 %"
+            else:
+                why += "the model identified from one record is not reliable enough for this remedy"
         return NO_ACTION, f"{why}: leave the loop as it is.", "The valve continues to wear at the present rate.", 0.0
     best = safe[0]
     expected = PLANT_TO_TWIN_RATIO * best.improvement if from_record else best.improvement

@@ -98,7 +98,7 @@ class CompensationTrial(ResultDisplay, kind="trial"):
 
     _json_keys = (
         "tag", "recommended", "refused", "expected as expected_improvement", "reason", "risk", "S", "J", "weights",
-        "seeds", "remedies", "twin", "retuning", "trends",
+        "seeds", "max_travel", "remedies", "twin", "retuning", "trends",
     )  # fmt: skip
 
     tag: str
@@ -128,6 +128,9 @@ class CompensationTrial(ResultDisplay, kind="trial"):
     expected: float = float("nan")
     """Share by which the recommended remedy is expected to lower the PV deviation on the plant [-]; slightly less than
     on the twin of a record; NaN when no advice is given."""
+
+    max_travel: float = float("nan")
+    """Largest stem travel of a recommended remedy over the present one [-]."""
 
     @property
     def refused(self) -> bool:

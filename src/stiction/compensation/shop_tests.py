@@ -1,9 +1,8 @@
 """Plan the valve tests for a repair: before it, to confirm the stiction; after it, to accept the valve.
 
-Before: ramps over four times S, so that the stem slips in both directions; and a staircase over twice S up and down
-with steps of about S / 10, with one larger step that the stem should ignore and one that it should follow. After: a
-staircase that is fine enough to measure the acceptance limit, 1 % or half of a small S. The ramp rates are customary
-(0.01 to 0.07 %/s over 10 % of span), the step sizes those of ISA-75.25.01; both are recalled, not quoted.
+Before: the test of the diagnosis (`Diagnosis.valve_test`), and a staircase over twice S up and down with steps of about
+S / 10, with one larger step that the stem should ignore and one that it should follow. After: a staircase that is fine
+enough to measure the acceptance limit, 1 % or half of a small S. The step sizes are those of ISA-75.25.01, recalled.
 """
 
 from __future__ import annotations
@@ -13,17 +12,15 @@ from typing import TYPE_CHECKING
 
 from stiction.compensation.repair import residual_stiction
 from stiction.errors import require_finite, require_positive
-from stiction.valvetests import plan_ramp_test, plan_step_test
+from stiction.simulation.step_plan import plan_step_test
 
 if TYPE_CHECKING:
-    from stiction.valvetests.plan import TestPlan
+    from stiction.simulation.valve_test_plan import TestPlan
 
-__all__ = ["acceptance_criteria", "plan_acceptance_test", "plan_confirmation_tests"]
+__all__ = ["acceptance_criteria", "plan_acceptance_test", "plan_staircase"]
 
 STEP_SIZES_PERCENT = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
 """Steps of a valve test [% of span]."""
-RAMP_TIMES_S = (200.0, 800.0)
-"""Time of one ramp, fast and slow [s]."""
 MAX_STAIRCASE_S_PERCENT = 16.0
 """Largest S for which a staircase of twice S is planned [% of span]."""
 FINE_STEPS_PERCENT, FINE_STEP_COUNT = (0.02, 0.05, 0.1), 20
@@ -32,43 +29,32 @@ CUSTOMARY_LIMIT_PERCENT = sum(residual_stiction(math.inf))
 """Limit on deadband plus resolution after the repair of a valve with a large or unknown S [% of span]."""
 
 
-def plan_confirmation_tests(op: float, S: float) -> tuple[TestPlan, ...]:
-    """Plan the tests that confirm a deadband plus stickband `S` near the OP `op`.
+def plan_staircase(op: float, S: float) -> TestPlan | None:
+    """Plan the staircase that measures a deadband plus stickband `S` near the OP `op`; None for an S above 16 %.
 
     `op`: usual OP of the loop [% of span]; moved if the test would leave the span. `S`: largest expected deadband plus
-    stickband [% of span]. Returns ramp test and step test; only a ramp test over the whole span if S is above 16 %.
-    Raises ParameterError when `op` is not a number or `S` not positive.
+    stickband [% of span]. Raises ParameterError when `op` is not a number or `S` not positive.
 
     References
     ----------
-    isa75_25_01, recalled; srinivasan2008, section III: ramps of 10 % in 150 to 1000 s.
+    isa75_25_01, recalled.
 
     Examples
     --------
-    >>> ramp, steps = plan_confirmation_tests(50.0, 4.0)
-    >>> ramp.settings["rates"], steps.settings["fine_step"], steps.settings["sizes"]
-    ([0.08, 0.02], 0.2, [2.0, 5.0])
+    >>> steps = plan_staircase(50.0, 4.0)
+    >>> steps.settings["fine_step"], steps.settings["sizes"], plan_staircase(50.0, 20.0)
+    (0.2, [2.0, 5.0], None)
     """
     op, S = require_finite("op", op, "% of span"), require_positive("S", S, "% of span")
     if S > MAX_STAIRCASE_S_PERCENT:
-        return (
-            plan_ramp_test(
-                0.0, 100.0, rates=[100.0 / time for time in RAMP_TIMES_S], start=_centre_within_span(op, 0.0)
-            ),
-        )
-    half = max(math.ceil(20.0 * S) / 10.0, 2.0)
-    centre = _centre_within_span(op, half)
-    low, high = round(centre - half, 1), round(centre + half, 1)
-    rates = [round((high - low) / time, 9) for time in RAMP_TIMES_S]
-    ramp = plan_ramp_test(low, high, rates=rates, start=centre, S=S)
+        return None
     fine = max(size for size in STEP_SIZES_PERCENT[:3] if size <= max(0.1 * S, STEP_SIZES_PERCENT[0]))
     reach = fine * math.ceil(round(2.0 * S / fine, 6))
     ignored = max((size for size in STEP_SIZES_PERCENT if size < 0.8 * S), default=STEP_SIZES_PERCENT[0])
     followed = min(size for size in STEP_SIZES_PERCENT if size >= 1.2 * S)
-    steps = plan_step_test(
+    return plan_step_test(
         _centre_within_span(op, max(reach, followed)), fine_step=fine, fine_range=reach, sizes=(ignored, followed)
     )
-    return ramp, steps
 
 
 def plan_acceptance_test(op: float, S: float = math.inf) -> TestPlan:

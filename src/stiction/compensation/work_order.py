@@ -4,23 +4,24 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stiction.compensation.prediction_text import format_settings, prediction_text
-from stiction.compensation.shop_tests import acceptance_criteria, plan_acceptance_test, plan_confirmation_tests
+from stiction.compensation.shop_tests import acceptance_criteria, plan_acceptance_test, plan_staircase
 from stiction.compensation.suspect_parts import SuspectPart, rank_suspects
 from stiction.diagnosis import Diagnosis
 from stiction.display.duration_format import format_time
 from stiction.display.json_form import Result
 from stiction.display.number_format import format_interval, format_probability
 from stiction.errors import ParameterError, require_kind
+from stiction.simulation.confirming_tests import plan_confirming_ramp
 
 if TYPE_CHECKING:
     from stiction.compensation.result import CompensationTrial
     from stiction.diagnosis import Identification
-    from stiction.valvetests.plan import TestPlan
+    from stiction.simulation.valve_test_plan import TestPlan
 
 __all__ = ["WorkOrder", "work_order"]
 
@@ -65,7 +66,7 @@ class WorkOrder(Result):
     order_of_suspects: str
     """Reason for their order."""
     before: tuple[TestPlan, ...]
-    """Tests that confirm the stiction."""
+    """Tests that confirm the stiction, first that of the diagnosis."""
     after: tuple[TestPlan, ...]
     """Acceptance tests of the repaired valve; they include a test from before the repair."""
     acceptance: tuple[str, ...]
@@ -81,23 +82,34 @@ class WorkOrder(Result):
         """Return the order in two lines."""
         return f"{self.title}\n{' '.join(self.findings[:2])}"
 
+    @property
+    def head(self) -> tuple[str, str]:
+        """Record, and lines for number and date."""
+        return f"Record: {self.record}.", f"Order no. {BLANK}  issued {BLANK}"
+
+    @property
+    def sections(self) -> dict[str, tuple[str, ...]]:
+        """Heading of each section -> its lines; the parts to check are in their order."""
+        return {
+            "Findings": self.findings,
+            "Parts to check": tuple(f"{s.part}. {s.sign} Check: {s.check} Found: {BLANK}" for s in self.suspects),
+            "Test before the repair": _plan_lines(self.before),
+            "Test after the repair": (*_plan_lines(self.after), *(f"Pass: {line}." for line in self.acceptance)),
+            "Until the repair": self.meanwhile,
+            "To fill in": tuple(f"{line}: {BLANK}" for line in self.to_fill_in),
+            "Signatures": tuple(f"{line}: {BLANK}" for line in self.sign_off),
+        }
+
     def to_text(self) -> str:
         """Return the page as Markdown."""
-        parts = [f"{i}. {s.part}. {s.sign} Check: {s.check} Found: {BLANK}" for i, s in enumerate(self.suspects, 1)]
-        sections = {
-            "Findings": _bullets(self.findings),
-            "Parts to check": [self.order_of_suspects, "", *parts],
-            "Test before the repair": _bullets(_plan_lines(self.before)),
-            "Test after the repair": _bullets(
-                [*_plan_lines(self.after), *(f"Pass: {line}." for line in self.acceptance)]
-            ),
-            "Until the repair": _bullets(self.meanwhile),
-            "To fill in": _bullets(f"{line}: {BLANK}" for line in self.to_fill_in),
-            "Signatures": _bullets(f"{line}: {BLANK}" for line in self.sign_off),
-        }
-        head = [f"# {self.title}", "", f"Record: {self.record}.", f"Order no. {BLANK}  issued {BLANK}"]
-        body = [line for name, lines in sections.items() for line in ("", f"## {name}", "", *lines)]
-        return "\n".join([*head, *body]) + "\n"
+        body = [f"# {self.title}", "", *self.head]
+        for name, lines in self.sections.items():
+            body += ["", f"## {name}", ""]
+            if name == "Parts to check":
+                body += [self.order_of_suspects, "", *(f"{k}. {line}" for k, line in enumerate(lines, 1))]
+            else:
+                body += [f"- {line}" for line in lines]
+        return "\n".join(body) + "\n"
 
 
 def work_order(diagnosis: Diagnosis, trial: CompensationTrial | None = None) -> WorkOrder:
@@ -138,9 +150,11 @@ def work_order(diagnosis: Diagnosis, trial: CompensationTrial | None = None) -> 
         )
     op = _usual_op(diagnosis)
     S = found.S if found and percent else math.inf
-    before = plan_confirmation_tests(
+    first = diagnosis.valve_test or plan_confirming_ramp(op, found.S if found and percent else ASSUMED_S_PERCENT)
+    stairs = plan_staircase(
         op, max(found.S, min(found.S_high, 2.0 * found.S)) if found and percent else ASSUMED_S_PERCENT
     )
+    before = (first, stairs) if stairs else (first,)
     parts, why = rank_suspects(found, diagnosis.record.op_unit_short)
     nan = math.nan
     size = (found.S, found.S_low, found.S_high, found.J, found.J_low, found.J_high) if found and percent else (nan,) * 6
@@ -261,9 +275,5 @@ def _meanwhile(trial: CompensationTrial | None) -> tuple[str, ...]:
     return (*lines, service)
 
 
-def _plan_lines(plans: tuple[TestPlan, ...]) -> list[str]:
-    return [" ".join(plan.summary().split("\n")[:2]) for plan in plans]
-
-
-def _bullets(lines: Any) -> list[str]:
-    return [f"- {line}" for line in lines]
+def _plan_lines(plans: tuple[TestPlan, ...]) -> tuple[str, ...]:
+    return tuple(" ".join(plan.summary().split("\n")[:2]) for plan in plans)

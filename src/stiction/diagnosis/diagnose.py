@@ -11,6 +11,7 @@ from stiction.errors import ParameterError
 from stiction.sources.one_loop import records_of_loop
 
 if TYPE_CHECKING:
+    import os
     from collections.abc import Sequence
 
     from stiction.diagnosis.verdict.diagnosis import Diagnosis
@@ -20,7 +21,7 @@ __all__ = ["diagnose"]
 
 
 def diagnose(
-    record: LoopRecord | Sequence[LoopRecord] | Any,
+    record: LoopRecord | Sequence[LoopRecord] | Sequence[str | os.PathLike[str]] | Any,
     *,
     tag: str | None = None,
     prior: float = 0.25,
@@ -33,8 +34,8 @@ def diagnose(
     Parameters
     ----------
     record : LoopRecord or sequence of LoopRecord
-        A record of one loop, OP and PV at least, or several of the same loop; or a path or data frame that holds one
-        loop. Long records are cut into windows, which are judged one by one and pooled.
+        A record of one loop, OP and PV at least, or several of the same loop; or a path, several paths, or a data frame
+        that holds one loop. Long records are cut into windows, which are judged one by one and pooled.
     tag : str, optional
         The loop, where the path or frame holds several.
     prior : float
@@ -76,5 +77,5 @@ def diagnose(
     """
     records = order_records(records_of_loop(record, tag))
     if costs is not None and not isinstance(costs, Costs):
-        raise ParameterError(f"costs = {costs!r} is no Costs; give Costs(false_alarm=1.0, missed=1.0, ask=0.3).")
+        raise ParameterError(f"costs = {costs!r} is not a Costs; give Costs(false_alarm=1.0, missed=1.0, ask=0.3).")
     return pipeline.diagnose(records, prior=prior, costs=costs, smallest_S=smallest_S, methods=methods)

@@ -83,7 +83,9 @@ class JudgedSegment:
         return any(check.name == "moving average" for check in self.quality.checks)
 
 
-def judge_segment(record: LoopRecord, *, period: float | None = None) -> JudgedSegment:
+def judge_segment(
+    record: LoopRecord, *, period: float | None = None, samples: tuple[int, int] | None = None
+) -> JudgedSegment:
     """Prepare a record for identification and verdict.
 
     Parameters
@@ -92,6 +94,8 @@ def judge_segment(record: LoopRecord, *, period: float | None = None) -> JudgedS
         A record of one loop, OP and PV at least.
     period : float, optional
         Period of the oscillation [s]. It is found where it is not given; `inf` says that nothing oscillates.
+    samples : tuple of int, optional
+        First sample and one past the last of the window to judge; the whole record where it is not given.
 
     Returns
     -------
@@ -120,6 +124,8 @@ def judge_segment(record: LoopRecord, *, period: float | None = None) -> JudgedS
     ('in_control', 140)
     """
     require_record(record)
+    if samples is not None and samples != (0, len(record)):
+        record = record.window(*samples)
     if record.pv is None:
         raise RecordError(f"{record.tag} has no PV; a diagnosis needs OP and PV. {missing_pv_hint(record)}")
     if period is not None and not period > 0.0:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-__all__ = ["FINDINGS", "OPEN", "FindingLevel", "finding_level"]
+__all__ = ["FINDINGS", "OPEN", "FindingLevel", "can_wait", "finding_level"]
 
 FINDINGS = {
     "sticks": "Valve stiction",
@@ -40,6 +40,17 @@ ALERTS = (
 )
 OPEN = ("cause_unknown", "cannot_tell")
 """Findings that leave a question open."""
+
+
+def can_wait(finding: str | None, *, oscillating: bool) -> bool:
+    """Whether an open question can wait: nobody has to test a loop that does not oscillate.
+
+    Examples
+    --------
+    >>> can_wait("cannot_tell", oscillating=False), can_wait("cannot_tell", oscillating=True)
+    (True, False)
+    """
+    return finding in OPEN and not oscillating
 
 
 def finding_level(finding: str | None) -> FindingLevel:

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from stiction.fleet.block_means import BlockMeans, Clock
     from stiction.fleet.ledger import Ledger
 
-__all__ = ["AuditStages"]
+__all__ = ["AuditStages", "EmptyRangeError"]
 
 BATCH_LOOPS = 16
 """Loops of one batch, which is written to the ledger at once [-]."""
@@ -42,6 +42,10 @@ SORTED_LOOPS = 32
 """Batches whose loops are sorted by their file, so that a file is not opened for each loop [-]."""
 MAX_PROBED_PARTS = 32
 """Parts of the source of which a loop is read to find the common clock [-]."""
+
+
+class EmptyRangeError(RecordError):
+    """No loop has samples in the time that is asked for."""
 
 
 class AuditStages:
@@ -214,7 +218,7 @@ class AuditStages:
             except RecordError as error:
                 failure = error
         if not records:
-            raise failure or RecordError(
+            raise failure or EmptyRangeError(
                 "No loop has samples in this time range; give an earlier since or a later until."
             )
         dated = [one for one in records if one.start is not None]

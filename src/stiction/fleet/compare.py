@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING, Any
 
-from stiction.display.number_format import format_number
+from stiction.display.finding_words import finding_level
 from stiction.fleet.rank import FAULT_STATES
 
 if TYPE_CHECKING:
@@ -40,7 +40,8 @@ def compare_audits(
 
     Notes
     -----
-    A finding is a sticky valve, a cause of an oscillation, or a loop state that is a fault. "worse" and "better" mean
+    A finding is a fault of the loop itself: a sticky valve, another cause in the loop, or a loop state that is a fault.
+    "worse" and "better" mean
     that the priority changed by more than the two limits, or that the intervals of S are apart.
 
     Examples
@@ -58,17 +59,19 @@ def compare_audits(
         change, why = _change(new, old, min_change, relative_change)
         if change:
             row: dict[str, Any] = {"tag": tag, "change": change, "why": why}
-            for name in ("finding_text", "verdict", "priority", "S", "S_low", "S_high"):
+            for name in ("finding_text", "verdict", "priority"):
                 row |= {name: new and new[name], f"{name}_before": old and old[name]}
+            for name in ("S", "S_low", "S_high"):
+                row |= {name: _size(new, name), f"{name}_before": _size(old, name)}
             rows.append(row)
     return sorted(rows, key=lambda row: (CHANGES.index(row["change"]), -(row["priority"] or 0.0), row["tag"]))
 
 
 def has_finding(row: LoopRow | None) -> bool:
-    """Whether a row says that something is wrong with the loop."""
-    if row is None:
+    """Whether a row says that something is wrong with the loop itself: its valve, tuning, sensor or state."""
+    if row is None or row.follows:
         return False
-    is_faulty = row.verdict == "stiction" or row.oscillation_cause != "none"
+    is_faulty = row.verdict == "stiction" or finding_level(row.finding) == "alert"
     return row.loop_state in FAULT_STATES or (row.in_control and is_faulty)
 
 
@@ -88,6 +91,11 @@ def confirmed_share(audit: Audit) -> dict[str, Any]:
     return {"confirmed": confirmed, "refuted": refuted, "precision": confirmed / total if total else None}
 
 
+def _size(row: LoopRow | None, name: str) -> float | None:
+    """S or an end of its interval; None where neither stiction nor play is found."""
+    return row[name] if row is not None and row.text("S") else None
+
+
 def _change(new: LoopRow | None, old: LoopRow | None, min_change: float, relative_change: float) -> tuple[str, str]:
     if old is None or not has_finding(old):
         why = "No finding before." if old else "The loop was not in the earlier audit."
@@ -95,11 +103,12 @@ def _change(new: LoopRow | None, old: LoopRow | None, min_change: float, relativ
     if new is None or not has_finding(new):
         return "gone", "The loop has no finding now." if new else "The loop is not in this audit."
     for one, two, change in ((new, old, "worse"), (old, new, "better")):
-        if one.S_low is not None and two.S_high is not None and one.S_low > two.S_high:
+        low, high = _size(one, "S_low"), _size(two, "S_high")
+        if low is not None and high is not None and low > high:
             texts = [row.text("S") + (" %" if row.op_unit == "% of span" else "") for row in (old, new)]
             return change, f"S was {texts[0]}, and is {texts[1]}; the intervals do not overlap."
     difference = new.priority - old.priority
     if abs(difference) > max(min_change, relative_change * max(new.priority, old.priority)):
-        text = f"The priority was {format_number(old.priority)}, and is {format_number(new.priority)}."
+        text = f"The priority was {old.text('priority')}, and is {new.text('priority')}."
         return ("worse" if difference > 0.0 else "better"), text
     return "same", ""

@@ -168,7 +168,8 @@ def _append(file: IO[bytes], data: bytes, row: Label, encoding: str, mark: str) 
         written = (start + text.getvalue()).encode(encoding)
     except UnicodeEncodeError as error:
         raise RecordError(
-            f"is written as {encoding}, which has no {error.object[error.start]!r}; save it as CSV in UTF-8.",
+            f"is written as {encoding}, which does not have the character {error.object[error.start]!r}; save it as "
+            "CSV in UTF-8.",
             where=file.name,
         ) from None
     file.write(written)

@@ -46,7 +46,7 @@ class LoopMetrics(Result):
     valve_travel_per_day: float
     """Path length of the valve position, or of OP where the position is not recorded [% of span per day]."""
     reversals_per_day: float
-    """Reversals of OP larger than `min_move` [1/day]."""
+    """Reversals of OP larger than `min_move` and its noise [1/day]."""
     oscillation_index: float
     """Autocorrelation of the main oscillation one period later, 0 where the loop does not oscillate [-]."""
     severity: float
@@ -66,6 +66,7 @@ def loop_metrics(
     span: tuple[float, float] | None = None,
     oscillation_index: float = 0.0,
     min_move: float = 0.5,
+    noise_factor: float = 6.0,
     error_limit: float = 5.0,
     reversals_limit: float = 2000.0,
 ) -> LoopMetrics:
@@ -81,6 +82,9 @@ def loop_metrics(
         Autocorrelation of the loop's main oscillation one period later, as `LoopOscillation.height` has it [-].
     min_move : float
         Smallest move of OP that counts before and after a reversal [% of span].
+    noise_factor : float
+        Such a move is also at least this many standard deviations of the noise of OP, but never more than half of its
+        swing [-].
     error_limit : float
         Standard deviation of the control error at which the part "error" of the severity is 0.63 [% of span].
     reversals_limit : float
@@ -100,7 +104,8 @@ def loop_metrics(
     -----
     Severity = 1 - product of (1 - part) over the parts. "error" is 1 - exp(-variability / error_limit), "wear" is
     1 - exp(-reversals / reversals_limit), "oscillation" is the oscillation index, "not in automatic" and "saturated"
-    are the shares of time, counted half because a person may have chosen them. An unknown part is 0.
+    are the shares of time, counted half because a person may have chosen them. An unknown part is 0. The noise of OP
+    is measured from its third differences, which hold little of a swing of ten samples and more.
 
     Examples
     --------
@@ -114,6 +119,7 @@ def loop_metrics(
     require_record(record)
     for name, value in (("min_move", min_move), ("error_limit", error_limit), ("reversals_limit", reversals_limit)):
         require_positive(name, value)
+    require_not_negative("noise_factor", noise_factor)
     if span is not None and not span[1] > span[0]:
         raise ParameterError(f"span = ({span[0]:g}, {span[1]:g}) is an empty range; give lowest < highest.")
     days = record.duration / SECONDS_PER_DAY
@@ -121,7 +127,8 @@ def loop_metrics(
     stem = op if record.mv is None else _without_gaps(record.mv)
     travel = float(np.abs(np.diff(stem)).sum()) / days if stem.size > 1 else 0.0
     swing = robust_range(op) if op.size else 0.0
-    reversals = count_reversals(op, min_move) / days if swing > 0.0 else 0.0
+    counted = max(min_move, min(noise_factor * _noise(op), 0.5 * swing))
+    reversals = count_reversals(op, counted) / days if swing > 0.0 else 0.0
     automatic = float("nan") if record.auto is None else float(record.auto.mean())
     saturated = float(_at_limit(record).mean()) if len(record) else 0.0
     mean_absolute, variability = _error_over_span(record, span)
@@ -176,6 +183,12 @@ def _error_over_span(record: LoopRecord, span: tuple[float, float] | None) -> tu
         return float("nan"), float("nan")
     error = (record.sp - record.pv)[np.isfinite(record.sp - record.pv)] * 100.0 / (span[1] - span[0])
     return (float(np.abs(error).mean()), float(error.std())) if error.size else (float("nan"), float("nan"))
+
+
+def _noise(x: NDArray[np.float64]) -> float:
+    """Standard deviation of the white noise of a signal, from the median of its third differences [unit of `x`]."""
+    differences = np.abs(np.diff(x, 3))
+    return float(1.4826 * np.median(differences) / np.sqrt(20.0)) if differences.size else 0.0
 
 
 def _without_gaps(x: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -9,7 +9,7 @@ from datetime import timedelta
 from typing import TYPE_CHECKING, Any
 
 from stiction.display.duration_format import format_duration
-from stiction.display.finding_words import FINDINGS
+from stiction.display.finding_words import FINDINGS, can_wait
 from stiction.display.json_form import Result, to_json
 from stiction.display.number_format import format_interval, format_number, format_probability
 from stiction.fleet.loop_oscillations import LoopOscillation
@@ -59,6 +59,10 @@ class LoopRow(Result, Mapping[str, Any]):
     """The finding in words; of a follower with the source that it oscillates with."""
     next_step: str = field(default="", metadata=_of("diagnosis.next_step"))
     """What to do next, in a sentence or two."""
+    test_time_s: float | None = field(default=None, metadata=_of("diagnosis.manual_time"))
+    """Time in manual that the next step needs [s]."""
+    test_size: float | None = field(default=None, metadata=_of("diagnosis.valve_test.upset"))
+    """Largest move of OP from its usual value in that test [% of span]."""
     finding: str | None = field(default=None, metadata=_of("diagnosis.finding"))
     """Code of what is said first of the loop, such as `sticks`, `tuning`, `follows` or `cannot_tell`."""
     source: str = field(default="", metadata=_of("place.part.display_name"))
@@ -184,6 +188,25 @@ class LoopRow(Result, Mapping[str, Any]):
         return self.status in FAILED
 
     @property
+    def waits(self) -> bool:
+        """Whether its open question can wait."""
+        return self.group is None and can_wait(self.finding, oscillating=self.oscillating)
+
+    @property
+    def test(self) -> str:
+        """Time in manual and size of the test that the next step names; empty where it names none.
+
+        Examples
+        --------
+        >>> LoopRow("FIC-101", test_time_s=900.0, test_size=6.0).test.replace("\u00a0", " ")
+        '15 min in manual, OP ±6 %'
+        """
+        if self.test_time_s is None or self.waits:
+            return ""
+        size = "" if self.test_size is None else f", OP ±{format_number(self.test_size, '%', 2)}"
+        return f"{format_duration(self.test_time_s)} in manual{size}"
+
+    @property
     def in_control(self) -> bool:
         """Whether the loop was diagnosed, and the controller moved its valve."""
         return self.status == "diagnosed" and self.loop_state == "in_control"
@@ -227,17 +250,19 @@ class LoopRow(Result, Mapping[str, Any]):
     def with_diagnosis(self, diagnosis: Diagnosis) -> LoopRow:
         """Add the diagnosis."""
         from stiction.diagnosis.loop_state import HEADLINES
+        from stiction.diagnosis.verdict.finding import NOTHING_NOW
 
         state, quality, valve = diagnosis.loop_state, diagnosis.quality, diagnosis.identification
         known = diagnosis.oscillation if diagnosis.oscillation.oscillating else None
         has_size = state.in_control and (diagnosis.verdict != "no_stiction" or diagnosis.finding == "backlash")
         sized = valve if has_size else None
         said = HEADLINES[state.state] if not state.in_control else FINDINGS[diagnosis.finding]
+        waits = can_wait(diagnosis.finding, oscillating=diagnosis.oscillation.oscillating)
         lost = sum(one.end_s - one.start_s for one in state.stretches if one.state == "not_in_command")
         return replace(
             self._read_from(diagnosis=diagnosis, oscillation=known, valve=sized),
             finding_text=said,
-            next_step=diagnosis.next_step or diagnosis.action or "Nothing to do now.",
+            next_step=NOTHING_NOW if waits else diagnosis.next_step or diagnosis.action or "Nothing to do now.",
             status="skipped" if state.state in RESTING_STATES else "diagnosed",
             not_in_command_share=min(1.0, lost / max(diagnosis.record.duration, 1e-9)),
             data_warnings=tuple(check.name for check in (*quality.rejections, *quality.warnings)),

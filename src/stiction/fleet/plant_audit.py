@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from stiction.errors import ParameterError, RecordError
 from stiction.fleet.audit_options import AuditOptions
 from stiction.fleet.audit_result import Audit, read_audit
-from stiction.fleet.audit_stages import AuditStages
+from stiction.fleet.audit_stages import AuditStages, EmptyRangeError
 from stiction.fleet.engine import usable_cores
 from stiction.fleet.find_loops import choose_loops, list_loop_places
 from stiction.fleet.folder import check_folder, lock_folder, options_digest, process_name, write_settings
@@ -65,7 +65,8 @@ def audit(
     Returns
     -------
     Audit
-        All rows, ranked, and the groups.
+        All rows, ranked, and the groups; with `since="last"` and no new samples those of the last run, and
+        `run["nothing_since"]` has the time after which there are none.
 
     Raises
     ------
@@ -126,6 +127,11 @@ def audit(
                 stages = AuditStages(folder, database, key, span, chosen, report, stop)
                 try:
                     stages.run(places, missing)
+                except EmptyRangeError:
+                    if not isinstance(chosen.first, str):
+                        raise
+                    last = read_audit(folder, settings, database)
+                    return replace(last, run=last.run | {"nothing_since": span[0] and span[0].isoformat()})
                 finally:
                     stages.close()
                 return read_audit(folder, settings, database)

@@ -35,7 +35,8 @@ def rank_row(row: LoopRow) -> LoopRow:
     Confidence is the probability that the loop itself has a fault: the largest of the probability of stiction and of
     the causes `OWN_CAUSES` of its oscillation. An oscillation that an external load causes does not count. It is 1 in a
     state that is a fault, 0 where the loop cannot be judged, and before the diagnosis 0.5 of a loop that oscillates and
-    0.25 of another. Priority is severity times confidence times importance (`compute_priority`).
+    0.25 of another. Priority is severity times confidence times importance (`compute_priority`), and 0 where an open
+    question can wait.
 
     Examples
     --------
@@ -54,7 +55,8 @@ def rank_row(row: LoopRow) -> LoopRow:
         confidence = max([row.probability or 0.0, *(causes.get(name, 0.0) for name in OWN_CAUSES)])
     else:
         confidence = 0.5 if row.oscillation_index > 0.0 else 0.25
-    return replace(row, confidence=confidence, priority=compute_priority(row.severity, confidence, row.importance))
+    priority = 0.0 if row.waits else compute_priority(row.severity, confidence, row.importance)
+    return replace(row, confidence=confidence, priority=priority)
 
 
 def rank_rows(rows: Iterable[LoopRow]) -> list[LoopRow]:
@@ -110,6 +112,7 @@ def _rank_group(rows: dict[str, LoopRow], group: dict[str, Any]) -> None:
             row = replace(
                 row, confidence=share * row.confidence, priority=share * row.priority, follows=first,
                 finding="follows", finding_text=f"Oscillates with {names}", next_step=step, action=step,
+                test_time_s=None, test_size=None,
             )  # fmt: skip
         rows[tag] = row
     total = sum(probability[tag] for tag in leading)
@@ -121,7 +124,7 @@ def _rank_group(rows: dict[str, LoopRow], group: dict[str, Any]) -> None:
             [other] = [name for name in leading if name != tag][:1]
             step = _explain_test(tag, other)
             row = replace(row, finding_text=f"Oscillates with {other}; one of the two is the source", next_step=step,
-                          action=step)  # fmt: skip
+                          action=step, test_time_s=3.0 * group["period_s"], test_size=None)  # fmt: skip
         rows[tag] = row
 
 
@@ -139,6 +142,8 @@ def _explain_priority(row: LoopRow) -> str:
     """What the fault costs, how sure it is, and how many loops follow, in a sentence."""
     if not is_judged(row):
         return "Not judged."
+    if row.waits:
+        return "Can wait: the loop does not oscillate."
     costs = []
     if row.variability is not None:
         costs.append(f"the control error has a standard deviation of {format_number(row.variability, '% of span', 2)}")
@@ -148,7 +153,7 @@ def _explain_priority(row: LoopRow) -> str:
         costs.append(f"OP is at a limit {100.0 * row.saturated_share:.0f} % of the time")
     text = " and ".join(costs) or f"severity {format_number(row.severity, '', 2)}"
     if row.follows:
-        return f"{text[0].upper()}{text[1:]}; that is counted for {row.follows}, which it follows."
+        return f"{text[0].upper()}{text[1:]}; counted for {row.follows}, which it follows."
     sure = f"probability that the fault is in this loop {format_probability(row.confidence)}"
     many = f"; {count_noun(row.followers, 'loop follows', 'loops follow')}" if row.followers else ""
     weight = f"; importance {row.importance:g}" if row.importance != 1.0 else ""

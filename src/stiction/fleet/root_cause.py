@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stiction.display.duration_format import format_duration
 from stiction.display.number_format import format_number, format_probability
 from stiction.errors import ParameterError
 from stiction.fleet.group import RootCandidate, RootEvidence
@@ -195,15 +194,15 @@ def _text(name: str, value: float) -> str:
         return f"Its own record shows a fault of valve or tuning with probability {chance}."
     if name == "arrival":
         when = "earlier" if value < 0.0 else "later"
-        return f"Changes of the swing come {format_duration(abs(value))} {when} here than on average in the group."
+        return f"Its swing grows and shrinks {format_number(abs(value), 's', 2)} {when} than on average in the group."
     if name == "amplitude":
         return f"It swings by {format_number(value, '% of span', 2)}."
     if name == "share":
-        return f"The oscillation is {100.0 * value:.0f} % of the variance of its OP."
+        return f"This oscillation makes {100.0 * value:.0f} % of the movement (variance) of its OP."
     if name == "nonlinearity":
         return f"Its wave is {'bent like that of a sticky valve' if value > 1.0 else 'close to a smooth one'}."
     if name == "harmonics":
-        return f"Its wave has corners: {format_number(100.0 * value, '%', 2)} of its power is in odd harmonics."
+        return f"Its wave has corners, as behind a sticky valve ({format_number(100.0 * value, '%', 2)} odd harmonics)."
     if name == "cascade":
         return f"It is {({1.0: 'a secondary loop', -1.0: 'a primary loop', 0.0: 'no part'})[value]} of a cascade."
     share = "all" if value > 0.999 else f"{100.0 * value:.0f} %"
@@ -274,7 +273,7 @@ def explain_connection(source: BlockMeans, loop: BlockMeans, connections: Iterab
     if source.tag == loop.tag:
         return ""
     if loop.tag == source.secondary_tag or source.tag == loop.secondary_tag:
-        return "cascade with it"
+        return "in a cascade with it"
     following = _following(connections)
     paths: list[tuple[str, ...]] = [(source.tag,)]
     seen = {source.tag}

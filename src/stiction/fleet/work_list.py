@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import TYPE_CHECKING, Any, Literal
 
-from stiction.display.finding_words import OPEN
 from stiction.display.json_form import Result
 from stiction.display.number_format import format_number
 from stiction.fleet.labels import newest_labels, read_labels
@@ -29,7 +28,7 @@ KINDS: dict[WorkKind, tuple[str, str]] = {
 }
 """Kind of work -> its heading and its crew."""
 KIND_OF_FINDING: dict[str, WorkKind] = {
-    "sticks": "repair", "probably_sticks": "repair", "backlash": "repair", "valve_not_responding": "repair",
+    "sticks": "repair", "probably_sticks": "test", "backlash": "repair", "valve_not_responding": "repair",
     "dead_zone": "repair", "tuning": "retune", "rate_limit": "retune", "sensor": "instrument",
     "not_in_command": "instrument", "no_data": "instrument", "cause_unknown": "test", "cannot_tell": "test",
 }  # fmt: skip
@@ -61,6 +60,8 @@ class WorkItem(Result):
     """What to do."""
     check: str
     """Test that confirms the finding before, empty where the task is the test."""
+    test: str
+    """Time in manual and size of the test that it needs, as text; empty where it needs none."""
     why: str
     """Why it has its place: cost, certainty, loops that follow."""
     S: str
@@ -75,6 +76,11 @@ class WorkItem(Result):
     """The newest note of a person, with its day and author."""
     result: str = ""
     """What the work changed, where it is done and the loop was audited before and after."""
+
+    @property
+    def state_text(self) -> str:
+        """State, day, author and note, and what the work changed."""
+        return ". ".join(text.rstrip(".") for text in (self.note or self.state, self.result) if text)
 
 
 def work_list(audit: Audit, earlier: Audit | None = None) -> tuple[WorkItem, ...]:
@@ -126,9 +132,7 @@ def _kind_of(row: LoopRow) -> WorkKind | None:
     """Kind of work of a row; None where there is none."""
     if row.failed:
         return "instrument"
-    if row.status == "screened" or row.finding is None:
-        return None
-    if row.finding in OPEN and not row.oscillating:
+    if row.status == "screened" or row.finding is None or row.waits:
         return None
     if row.next_step.startswith("Put ") and "is the source" in row.next_step:
         return "test"
@@ -149,6 +153,7 @@ def _make_item(
         finding_text=row.finding_text or row.reason,
         task=task or row.reason,
         check="" if check == task else check,
+        test=row.test,
         why=row.priority_reason,
         S=f"{S} %" if S and row.op_unit == "% of span" else S,
         priority=row.priority,
@@ -165,7 +170,8 @@ def _day(time: str) -> str:
 
 
 def _note(label: Label) -> str:
-    text = f"{label.label} {_day(label.time)}" + (f", {label.author}" if label.author else "")
+    words = STATE_OF_LABEL.get(label.label, label.label)
+    text = f"{words} {_day(label.time)}" + (f", {label.author}" if label.author else "")
     return f"{text}: {label.note}" if label.note else text
 
 
@@ -179,7 +185,7 @@ def _result(audit: Audit, earlier: Audit | None, row: LoopRow, label: Label) -> 
     before = [one for one in rows if one["end"] and _moment(one["end"]) <= _moment(done)]
     after = [one for one in rows if one["end"] and _moment(one["end"]) > _moment(done)]
     if not before or not after:
-        return "No audit of a later record yet." if not after else ""
+        return "The records of this audit are from before it." if not after else ""
     old, new = before[-1], after[-1]
     if old["S"] is None:
         return f"Before: {old['finding_text']}; now: {new['finding_text']}."

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 __all__ = ["write_work_list_file"]
 
 COLUMNS = (("Work", 24), ("Area", 9), ("Loop", 15), ("Finding", 24), ("S", 7), ("What to do", 44), ("Check first", 34),
-           ("Why here", 38), ("Look at again after it", 24), ("Crew", 18), ("State", 9), ("Note", 26), ("Result", 22),
-           ("Done by, date", 16))  # fmt: skip
+           ("Test", 16), ("Why here", 38), ("Look at again after it", 24), ("Crew", 18), ("State", 9), ("Note", 26),
+           ("Result", 22), ("Done by, date", 16))  # fmt: skip
 """Heading and width of each column [characters]."""
 
 
@@ -46,7 +46,7 @@ def write_work_list_file(items: Sequence[WorkItem], path: Path) -> Path:
             for row, item in enumerate(items, 1):
                 cells = (
                     KINDS[item.kind][0], item.area, item.tag, item.finding_text, item.S, item.task, item.check,
-                    item.why, ", ".join(item.follow), item.crew, item.state, item.note, item.result, "",
+                    item.test, item.why, ", ".join(item.follow), item.crew, item.state, item.note, item.result, "",
                 )  # fmt: skip
                 for k, cell in enumerate(cells):
                     sheet.write_string(row, k, cell, text)

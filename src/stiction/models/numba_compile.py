@@ -12,13 +12,16 @@ import hashlib
 import logging
 import os
 from collections.abc import Callable
-from functools import cache, partial
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
 from numba.core import config as numba_config
+from numba.core.caching import FunctionCache, NullCache
+from numba.core.dispatcher import Dispatcher
 from numba.core.event import Event, Listener, register
+from numba.core.runtime.nrt import rtsys
 
 __all__ = ["cache_folder", "inline_kernel", "kernel"]
 
@@ -49,6 +52,39 @@ class _CompileListener(Listener):
 
     def on_end(self, event: Event) -> None:
         """Called by numba when it has compiled the function."""
+
+
+class _KernelCache(NullCache):
+    """Numba's disk cache of one kernel, without the preparation for compiling.
+
+    Before it loads a stored kernel numba imports and registers every function that a kernel may call. That takes
+    longer than a diagnosis, and only compiling needs it and does it again.
+    """
+
+    def __init__(self, function: Callable[..., Any], folder: Path) -> None:
+        self._function = function
+        self._folder = folder
+
+    @cached_property
+    def _stored(self) -> Any:
+        """Opened at the first call: most imported kernels are not called."""
+        config: Any = numba_config
+        before = config.CACHE_DIR
+        config.CACHE_DIR = str(self._folder)
+        try:
+            return FunctionCache(self._function)
+        finally:
+            config.CACHE_DIR = before
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Kernel stored for arguments of the types `sig`, or None."""
+        rtsys.initialize(target_context)
+        with self._stored._guard_against_spurious_io_errors():
+            return self._stored._load_overload(sig, target_context)
+
+    def save_overload(self, sig: Any, cres: Any) -> None:
+        """Store the compiled kernel `cres` for arguments of the types `sig`."""
+        self._stored.save_overload(sig, cres)
 
 
 @cache
@@ -102,17 +138,12 @@ def inline_kernel(function: Function) -> Function:
 
 
 def _compile(function: Function, *, inline: bool) -> Function:
-    njit: Any = partial(numba.njit, nogil=True, error_model="numpy", forceinline=inline)
-    config: Any = numba_config
+    njit: Any = numba.njit(nogil=True, error_model="numpy", forceinline=inline)
+    compiled: Any = njit(function)
     folder = cache_folder()
-    if folder is None:
-        return cast("Function", njit()(function))
-    before = config.CACHE_DIR
-    config.CACHE_DIR = str(folder)
-    try:
-        return cast("Function", njit(cache=True)(function))
-    finally:
-        config.CACHE_DIR = before
+    if folder is not None and isinstance(compiled, Dispatcher):
+        compiled._cache = _KernelCache(function, folder)  # pyright: ignore[reportAttributeAccessIssue]
+    return cast("Function", compiled)
 
 
 _LISTENER = _CompileListener()

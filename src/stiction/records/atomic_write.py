@@ -4,12 +4,32 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import secrets
 from pathlib import Path
 
 from stiction.errors import RecordError
 
-__all__ = ["require_file_path", "require_new_file", "unwritable_error", "write_atomically", "write_files"]
+__all__ = [
+    "require_file_path",
+    "require_new_file",
+    "safe_file_name",
+    "unwritable_error",
+    "write_atomically",
+    "write_files",
+]
+
+
+def safe_file_name(tag: str) -> str:
+    """Name of a file for a tag, without an ending: other characters than letters, digits and `.()+-_` become `_`.
+
+    Examples
+    --------
+    >>> safe_file_name("UNIT1/FIC-101.PV"), safe_file_name("..")
+    ('UNIT1_FIC-101.PV', '_..')
+    """
+    name = re.sub(r"[^\w.()+-]", "_", tag)[:120]
+    return f"_{name}" if name.startswith(".") else name
 
 
 def require_file_path(target: Path) -> None:

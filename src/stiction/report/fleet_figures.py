@@ -9,12 +9,14 @@ import numpy as np
 
 from stiction.display import count_noun, format_seconds
 from stiction.report.blocks import TrustedHtml
-from stiction.report.downsample import downsample
+from stiction.report.group_picture import RATIOS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
+
+    from stiction.report.group_picture import GroupPicture
 
 __all__ = ["group_spectra", "group_trends", "treemap"]
 
@@ -53,55 +55,40 @@ def treemap(areas: Sequence[tuple[str, int, int]], *, height: float = 300.0) -> 
     )
 
 
-def group_trends(tags: Sequence[str], signals: Sequence[NDArray[np.floating]], dt: float, period: float) -> TrustedHtml:
-    """Draw one signal of each loop, stacked, over about eight periods in the middle."""
+def group_trends(picture: GroupPicture) -> TrustedHtml:
+    """Draw one signal of each loop of a group, stacked."""
     row, left, width = 34.0, 170.0, 760.0
-    shown = min(max((x.size for x in signals), default=0), max(16, round(8.0 * period / dt)))
     parts = []
-    for k, (tag, x) in enumerate(zip(tags, signals, strict=True)):
-        first = (x.size - shown) // 2
-        part = x[first : first + shown].astype(np.float64)
+    for k, (tag, (x, level)) in enumerate(picture.trends.items()):
         y = row * k + row / 2.0
         parts.append(f'<text x="0" y="{y + 4:.1f}">{escape(_short(tag))}</text>')
-        if part.size > 1 and np.ptp(part) > 0.0:
-            chosen = downsample(part, 400)
-            heights = y - (part[chosen] - part.mean()) / np.ptp(part) * (row - 8.0)
-            parts.append(_line(left + chosen / (part.size - 1) * width, heights, COLORS[k % len(COLORS)]))
-    height = row * len(tags)
-    text = f"Trends of {len(tags)} loops over {format_seconds(max(1.0, shown * dt))}, the most likely source first"
+        parts.append(_line(left + x * width, y - level * (row - 8.0), COLORS[k % len(COLORS)]))
+    height = row * len(picture.trends)
+    loops, shown = count_noun(len(picture.trends), "loop"), format_seconds(max(1.0, picture.shown_s))
+    text = f"Trends of {loops} over {shown}, the most likely source first"
     return TrustedHtml(
         f'<svg class="chart" viewBox="0 0 {left + width:g} {height:g}" role="img" aria-label="{escape(text)}">'
         f"{''.join(parts)}</svg>"
     )
 
 
-def group_spectra(
-    tags: Sequence[str], signals: Sequence[NDArray[np.floating]], dt: float, period: float
-) -> TrustedHtml:
-    """Draw the spectra of the loops over each other, from half to eight times the frequency of the group."""
+def group_spectra(picture: GroupPicture, period: float) -> TrustedHtml:
+    """Draw the spectra of the loops over each other; `period`: that of the group [s]."""
     width, height, left = 440.0, 190.0, 10.0
+    low, high = np.log(RATIOS[0]), np.log(RATIOS[1])
     parts = [f'<line x1="{left}" x2="{width}" y1="{height - 24}" y2="{height - 24}" stroke="#9aa3ad"/>']
-    low, high = np.log(0.4 / period), np.log(8.0 / period)
     for ratio in (1, 3, 5):
-        x = left + (np.log(ratio / period) - low) / (high - low) * (width - left)
+        x = left + (np.log(ratio) - low) / (high - low) * (width - left)
         parts.append(
             f'<line x1="{x:.1f}" x2="{x:.1f}" y1="4" y2="{height - 24}" stroke="#c9cfd6" stroke-dasharray="3 3"/>'
         )
         name = format_seconds(period / ratio) if ratio == 1 else f"1/{ratio}"
         parts.append(f'<text x="{x:.1f}" y="{height - 8}" text-anchor="middle">{escape(name)}</text>')
-    for k, x in enumerate(signals):
-        if x.size < 16 or not np.ptp(x) > 0.0:
-            continue
-        power = np.abs(np.fft.rfft((x - x.mean()) * np.hanning(x.size))) ** 2
-        f = np.fft.rfftfreq(x.size, dt)
-        inside = (f > np.exp(low)) & (f < np.exp(high))
-        if inside.sum() < 4:
-            continue
-        level = np.sqrt(power[inside] / power[inside].max())
-        chosen = downsample(level, 300)
-        at = left + (np.log(f[inside][chosen]) - low) / (high - low) * (width - left)
-        parts.append(_line(at, height - 24 - level[chosen] * (height - 32), COLORS[k % len(COLORS)]))
-    text = f"Amplitude spectra of {len(tags)} loops; they share the peak at {format_seconds(period)}"
+    for k, (ratios, level) in enumerate(picture.spectra.values()):
+        at = left + (np.log(ratios) - low) / (high - low) * (width - left)
+        parts.append(_line(at, height - 24 - level * (height - 32), COLORS[k % len(COLORS)]))
+    loops = count_noun(len(picture.spectra), "loop")
+    text = f"Amplitude spectra of {loops}; they share the peak at {format_seconds(period)}"
     return TrustedHtml(
         f'<svg class="chart" viewBox="0 0 {width:g} {height:g}" role="img" aria-label="{escape(text)}">'
         f"{''.join(parts)}</svg>"

@@ -6,13 +6,11 @@ import json
 from collections import Counter, defaultdict
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from stiction.display.finding_words import finding_level
 from stiction.fleet.compare import confirmed_share, has_finding
-from stiction.fleet.loop_oscillations import signal_at
 from stiction.records.atomic_write import write_atomically
 from stiction.report.fleet_figures import group_spectra, group_trends, treemap
+from stiction.report.group_picture import picture_group
 from stiction.report.page import _asset, _sha256
 from stiction.report.rendering import environment
 
@@ -23,9 +21,6 @@ if TYPE_CHECKING:
     from stiction.fleet import Audit, LoopRow
 
 __all__ = ["loop_page_path", "write_audit_page", "write_loop_page"]
-
-MAX_DRAWN_LOOPS = 12
-"""Loops of a group whose trends are drawn [-]."""
 
 
 def write_audit_page(
@@ -135,17 +130,12 @@ def _draw_group(audit: Audit, group: dict[str, Any]) -> dict[str, Any]:
     """Card of a group: its text, trends and spectra."""
     from markupsafe import Markup
 
-    signal_of = {one["tag"]: one["signal"] for one in group["member_details"]}
-    tags = group["members"][:MAX_DRAWN_LOOPS]
-    signals, dt = [], 1.0
-    for tag in tags:
-        means = audit.signals(tag)
-        x, dt = signal_at(means, group["period_s"], signal_of[tag]) if means is not None else (np.empty(0), dt)
-        signals.append(x)
+    picture = picture_group(audit, group)
     return group | {
-        "trends": Markup(group_trends(tags, signals, dt, group["period_s"]).markup),
-        "spectra": Markup(group_spectra(tags, signals, dt, group["period_s"]).markup),
-        "left_out": len(group["members"]) - len(tags),
+        "trends": Markup(group_trends(picture).markup),
+        "spectra": Markup(group_spectra(picture, group["period_s"]).markup),
+        "left_out": picture.left_out,
+        "since": picture.since,
     }
 
 

@@ -50,7 +50,7 @@ def _rests(view: LoopView) -> str:
     op = view.diagnosis.record.op
     move = format_number(float(np.median([np.ptp(op[first:last]) for first, last in rests])), view.op_unit_short, 2)
     times = count_noun(len(rests), "time")
-    return f"The estimated valve position rests {times} while OP goes on moving, by {move} in the middle of all rests."
+    return f"The estimated valve position rests {times} while OP goes on moving, each time by about {move}."
 
 
 def _following(view: LoopView) -> str:
@@ -75,15 +75,14 @@ def _waves(view: LoopView) -> str:
         return "Neither PV nor OP repeats regularly."
     from stiction.report import labels
 
+    unit = view.diagnosis.record.provenance.pv_unit
     sizes = [
-        f"OP by {format_number(2.0 * swing.amplitude_op, view.op_unit_short, 2)}" if swing.amplitude_op > 0.0 else "",
-        f"PV by {format_number(2.0 * swing.amplitude_pv, view.diagnosis.record.provenance.pv_unit, 2)}"
-        if swing.amplitude_pv > 0.0
-        else "",
+        f"{name} {{}}by {format_number(2.0 * amplitude, unit, 2)}"
+        for name, amplitude, unit in (("OP", swing.amplitude_op, view.op_unit_short), ("PV", swing.amplitude_pv, unit))
+        if amplitude > 0.0
     ]
-    moves = " and ".join(size for size in sizes if size)
-    every = labels.format_duration(swing.period)
-    return f"From peak to peak {moves} swing{'s' if ' and ' not in moves else ''} every {every}." if moves else ""
+    moves = " and ".join(size.format("" if k else "swings ") for k, size in enumerate(sizes))
+    return f"{moves} from peak to peak, every {labels.format_duration(swing.period)}." if moves else ""
 
 
 def _good_valve(view: LoopView) -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from itertools import groupby
 from typing import TYPE_CHECKING
 
-from stiction.display.finding_words import OPEN
 from stiction.fleet.work_list import KINDS
 from stiction.records.atomic_write import write_atomically
 from stiction.report.page import _asset
@@ -66,7 +65,7 @@ def write_work_list_page(audit: Audit, items: Sequence[WorkItem], orders: dict[s
     following = [row for row in left if row.follows is not None]
     alone = [row for row in left if row.follows is None]
     fine = sum(row.finding == "nothing_found" for row in alone)
-    waiting = sum(row.finding in OPEN and not row.oscillating for row in alone)
+    waiting = sum(row.waits for row in alone)
     page = (
         environment()
         .get_template("worklist.html")
@@ -92,7 +91,6 @@ def write_order_page(order: WorkOrder, item: WorkItem, path: Path) -> Path:
     from markupsafe import Markup
 
     style = Markup(_asset("page.css") + _asset("worklist.css"))
-    text = order.to_text().split("\n", 2)[2]  # without the title, which the page has
-    page = environment().get_template("workorder.html").render(title=order.title, item=item, text=text, style=style)
+    page = environment().get_template("workorder.html").render(order=order, item=item, style=style)
     path.parent.mkdir(parents=True, exist_ok=True)
     return write_atomically(page, path)

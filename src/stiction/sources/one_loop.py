@@ -21,7 +21,7 @@ def records_of_loop(source: Any, tag: str | None = None) -> Any:
     Parameters
     ----------
     source
-        A record or records, which are given back; a path, an open file or a data frame, which is read.
+        A record or records, which are given back; a path, several paths, an open file or a data frame, which is read.
     tag : str, optional
         The loop, where the source holds several.
 
@@ -46,6 +46,9 @@ def records_of_loop(source: Any, tag: str | None = None) -> Any:
     if isinstance(source, LoopRecord):
         return source
     if isinstance(source, (list, tuple)):
+        if source and all(isinstance(one, (str, PathLike)) for one in source):
+            parts = [records_of_loop(one, tag) for one in source]
+            return [one for part in parts for one in (part if isinstance(part, list) else [part])]
         if tag is None:
             return source
         chosen = [one for one in source if one.tag == tag]
@@ -69,7 +72,7 @@ def _require_one(chosen: set[str], tags: list[str], tag: str | None, source: str
         return
     names = ", ".join(dict.fromkeys(tags[:MAX_NAMED])) + (", ..." if len(tags) > MAX_NAMED else "")
     if tag is not None:
-        raise ParameterError(f"tag = {tag!r} is no loop of {source}; give one of {names}.")
+        raise ParameterError(f"tag = {tag!r} is not a loop of {source}; give one of {names}.")
     raise ParameterError(
         f"{source} holds {len(set(tags))} loops ({names}); name one with tag={tags[0]!r}, or use stiction.diagnose_all."
     )

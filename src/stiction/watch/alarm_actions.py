@@ -20,7 +20,7 @@ ACTIONS = ("acknowledge", "shelve", "unshelve", "out_of_service", "in_service", 
 
 def act_on_alarm(
     store: WatchStore, ident: str, action: str, *, who: str, text: str = "", until: float | None = None
-) -> Alarm:
+) -> Alarm | None:
     """Do something with an alarm, and note who did it.
 
     Parameters
@@ -28,7 +28,8 @@ def act_on_alarm(
     store : WatchStore
         The watch.
     ident : str
-        Identifier of the alarm, or the tag of a loop with one open alarm.
+        Identifier of the alarm, or the tag of a loop with one open alarm. A loop of the watch can be taken out of
+        service, and back, without an alarm too.
     action : str
         One of `ACTIONS`.
     who : str
@@ -40,8 +41,8 @@ def act_on_alarm(
 
     Returns
     -------
-    Alarm
-        The alarm as it is now.
+    Alarm or None
+        The alarm as it is now; None of a loop without one.
 
     Raises
     ------
@@ -57,8 +58,12 @@ def act_on_alarm(
     if action == "shelve" and (until is None or until <= time.time()):
         raise ParameterError("until is not in the future; give the date until which the alarm is shelved.")
     with store.transaction():
+        now, resting = time.time(), action in ("out_of_service", "in_service")
+        if resting and ident in store.fact("loops", []) and not _alarms_of(store, ident):
+            _rest(store, ident, rests=action == "out_of_service")
+            _write_note(store, ident, now, who, action, text)
+            return None
         alarm = _find(store, ident)
-        now = time.time()
         changes: dict[str, dict[str, Any]] = {
             "acknowledge": {"acknowledged": now, "acknowledged_by": who},
             "shelve": {"shelved_until": until},
@@ -68,13 +73,20 @@ def act_on_alarm(
         }
         alarm = replace(alarm, **changes.get(action, {}))
         write_alarm(store, alarm)
-        if action in ("out_of_service", "in_service"):
-            resting = set(store.fact("out of service", [])) - {alarm.loop}
-            store.set_fact("out of service", sorted(resting | ({alarm.loop} if alarm.out_of_service else set())))
-        store.change(
-            "INSERT INTO note (alarm, time, who, what, text) VALUES (?, ?, ?, ?, ?)", alarm.id, now, who, action, text
-        )
+        if resting:
+            _rest(store, alarm.loop, rests=alarm.out_of_service)
+        _write_note(store, alarm.id, now, who, action, text)
     return alarm
+
+
+def _rest(store: WatchStore, loop: str, *, rests: bool) -> None:
+    """Take a loop out of service, or back into it."""
+    resting = set(store.fact("out of service", [])) - {loop}
+    store.set_fact("out of service", sorted(resting | ({loop} if rests else set())))
+
+
+def _write_note(store: WatchStore, ident: str, now: float, who: str, what: str, text: str) -> None:
+    store.change("INSERT INTO note (alarm, time, who, what, text) VALUES (?, ?, ?, ?, ?)", ident, now, who, what, text)
 
 
 def read_notes(store: WatchStore, ident: str) -> list[dict[str, Any]]:
@@ -82,10 +94,14 @@ def read_notes(store: WatchStore, ident: str) -> list[dict[str, Any]]:
     return store.query("SELECT time, who, what, text FROM note WHERE alarm = ? ORDER BY id", ident)
 
 
+def _alarms_of(store: WatchStore, loop: str) -> list[Alarm]:
+    """Alarms of a loop that are open or out of service."""
+    return [one for one in read_alarms(store) if one.loop == loop and (one.cleared is None or one.out_of_service)]
+
+
 def _find(store: WatchStore, ident: str) -> Alarm:
     alarms = read_alarms(store)
-    chosen = [one for one in alarms if one.id == ident]
-    chosen = chosen or [one for one in alarms if one.loop == ident and (one.cleared is None or one.out_of_service)]
+    chosen = [one for one in alarms if one.id == ident] or _alarms_of(store, ident)
     if len(chosen) == 1:
         return chosen[0]
     if chosen:

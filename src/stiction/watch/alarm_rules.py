@@ -53,6 +53,7 @@ def update_alarms(store: WatchStore, config: WatchConfig, rows: Sequence[LoopRow
     stored = store.query("SELECT loop, kind, body FROM condition")
     conditions = {(one["loop"], one["kind"]): _Condition(**json.loads(one["body"])) for one in stored}
     resting = set(store.fact("out of service", []))
+    store.set_fact("loops", sorted({*store.fact("loops", []), *(row.tag for row in rows)}))
     new, kinds = 0, _kinds(settings)
     announced = store.query("SELECT body FROM alarm WHERE raised > ?", moment - DAY_S)
     sent = sum(json.loads(one["body"])["is_announced"] for one in announced)

@@ -14,7 +14,7 @@ from stiction.errors import StictionError
 from stiction.sources.historians.address import parse_address
 from stiction.sources.historians.opc_ua_connection import connect, connection_error
 from stiction.sources.historians.opc_ua_history import raw_value, read_pages
-from stiction.sources.historians.opc_ua_subscription import LOST_VALUES, subscribe
+from stiction.sources.historians.opc_ua_subscription import LOST_VALUES, missing_nodes, subscribe
 from stiction.watch.find_tags import find_watched_tags
 from stiction.watch.samples import SAMPLE
 
@@ -31,6 +31,8 @@ WAITS_S = (0.5, 1.0, 2.0, 5.0, 10.0, 30.0)
 """Times after which a lost server is tried again [s]."""
 CHECK_S = 1.0
 """Time between two looks at the connection [s]."""
+TAGS_CHECK_S = 60.0
+"""Time between two looks at whether the server still has all tags [s]."""
 SETTLE_S = 5.0
 """Time after which a history is read once more, as servers store values a little later [s]."""
 OVERLAP_S = 10.0
@@ -59,6 +61,8 @@ class Collector:
         """Clock of the server minus ours [s]."""
         self.counts = dict.fromkeys(("received", "filled", "late", "lost", "breaks", "timeless"), 0)
         self.refused: dict[str, str] = {}
+        self.missing: dict[str, str] = {}
+        """Tags that the server no longer has -> its status code."""
         self._waiting: list[tuple[int, int, int, int, float]] = []
         self._unwritten: list[NDArray] = []
         self._texts = {text: number for number, text in store.texts().items()}
@@ -118,10 +122,15 @@ class Collector:
             await asyncio.sleep(SETTLE_S)
             await self._fill(client, least=began - 60.0)
             self._must_close_hole = True
-            self.failure = ""
+            self.failure, self.missing, checked = "", {}, time.monotonic()
             while True:
                 await client.check_connection()
                 await asyncio.sleep(CHECK_S)
+                if time.monotonic() > checked + TAGS_CHECK_S:
+                    before, checked = self.missing, time.monotonic()
+                    self.missing = await missing_nodes(client, self.nodes)
+                    if before.keys() - self.missing.keys():
+                        return  # a tag is back: its subscription ended when it went, so connect again
                 if self._lost_values:
                     self._lost_values = False
                     self._open_hole()

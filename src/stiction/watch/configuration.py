@@ -98,7 +98,8 @@ class AlarmSettings:
             )
         for name in ("raise_at", "clear_at"):
             if not 0.0 < getattr(self, name) < 1.0:
-                raise ParameterError(f"{name} = {getattr(self, name):g} is no probability; give one between 0 and 1.")
+                value = getattr(self, name)
+                raise ParameterError(f"{name} = {value:g} is not a probability; give one between 0 and 1.")
         if self.clear_at >= self.raise_at:
             raise ParameterError(
                 f"clear_at = {self.clear_at:g} is not below raise_at = {self.raise_at:g}; give a lower clear_at."
@@ -109,7 +110,7 @@ class AlarmSettings:
         if self.digest not in ("daily", "weekly", "never"):
             raise ParameterError(f"digest = {self.digest!r} is unknown; give daily, weekly or never.")
         if not 0 <= self.digest_hour <= 23:
-            raise ParameterError(f"digest_hour = {self.digest_hour} is no hour; give 0 to 23.")
+            raise ParameterError(f"digest_hour = {self.digest_hour} is not an hour of the day; give 0 to 23.")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -139,7 +140,7 @@ class ChannelSettings:
             if not getattr(self, name):
                 raise ParameterError(f"{name} is missing, which a channel of kind {self.kind} needs; give it.")
         if self.kind == "webhook" and not self.url.startswith(("http://", "https://", "${")):
-            raise ParameterError(f"url = {self.url!r} is no web address; give one that begins with https://.")
+            raise ParameterError(f"url = {self.url!r} is not a web address; give one that begins with https://.")
         if self.what not in ("alarms", "digest", "all"):
             raise ParameterError(f"what = {self.what!r} is unknown; give alarms, digest or all.")
 
@@ -167,7 +168,7 @@ class MetricsSettings:
 
     def __post_init__(self) -> None:
         if not 0 <= self.port <= 65535:
-            raise ParameterError(f"port = {self.port} is no port number; give 1 to 65535.")
+            raise ParameterError(f"port = {self.port} is not a port number; give 1 to 65535.")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -216,7 +217,7 @@ class WatchConfig:
             raise ParameterError(f"window = {self.window!r} is shorter than {least}; give a longer one, such as 4h.")
         _require_whole("workers", self.workers, 0)
         if not 0.0 < self.prior < 1.0:
-            raise ParameterError(f"prior = {self.prior:g} is no share; give a number between 0 and 1.")
+            raise ParameterError(f"prior = {self.prior:g} is not a share; give a number between 0 and 1.")
 
     @property
     def window_s(self) -> float:

@@ -41,10 +41,6 @@ class WatchMetrics:
         self._lock = threading.Lock()
         self._rows: tuple[float, list[LoopRow]] = (0.0, [])
 
-    def describe(self) -> list[Any]:
-        """Name no numbers when it is registered, as the files may not be there yet."""
-        return []
-
     def collect(self) -> Iterator[Any]:
         """Families of numbers."""
         core = import_extra("prometheus_client.core", "live")

@@ -279,15 +279,15 @@ class Watch:
 
     async def _status(self) -> None:
         self._note_status()
-        if watchdog_interval() is not None:
-            notify_systemd("WATCHDOG=1")
+        notify_systemd("WATCHDOG=1")
 
     def _note_status(self) -> None:
         """Note the state of sources and windows for pages and metrics."""
         sources = {
             one.settings.address: {
                 "connected": one.is_current, "failure": one.failure, "warning": one.warning, "tags": len(one.nodes),
-                "refused": dict(list(one.refused.items())[:20]), "last_message": one.last_message, **one.counts,
+                "refused": dict(list((one.refused | one.missing).items())[:20]), **one.counts,
+                "last_message": one.last_message,
             }
             for one in self.collectors
         }  # fmt: skip

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -12,6 +11,7 @@ from stiction.errors import RecordError, StictionError
 from stiction.fleet.find_loops import area_of_tag
 from stiction.fleet.loop_work import cut_time
 from stiction.foreign_errors import failure_of
+from stiction.records.atomic_write import safe_file_name
 from stiction.records.parquet_writer import to_parquet
 from stiction.records.record import LoopRecord, Provenance
 from stiction.sources import open_loops
@@ -73,7 +73,7 @@ def write_window(
             name = tag if tag not in written else f"{tag} ({source.address})"
             written.add(name)
             area = (loops.roles[number].area if number < len(loops.roles) else "") or area_of_tag(tag)
-            _write(record, target / _file_name(area or "plant"), name)
+            _write(record, target / safe_file_name(area or "plant"), name)
     _keep_last_values(store, rows, start)
     return WindowRecords(target, len(written), failures, doubles)
 
@@ -82,11 +82,7 @@ def _write(record: LoopRecord, folder: Path, tag: str) -> None:
     from dataclasses import replace
 
     folder.mkdir(parents=True, exist_ok=True)
-    to_parquet(replace(record, tag=tag, other_readings=()), folder / f"{_file_name(tag)}.parquet")
-
-
-def _file_name(tag: str) -> str:
-    return re.sub(r"[^\w.()+-]", "_", tag)[:120]
+    to_parquet(replace(record, tag=tag, other_readings=()), folder / f"{safe_file_name(tag)}.parquet")
 
 
 def _empty_record(tag: str, span: tuple[Any, ...], reason: str) -> LoopRecord:

@@ -11,7 +11,9 @@ import python_calamine
 
 import stiction as st
 from apps.web.running import start_server
+from stiction.apps import cli
 from stiction.apps.output_files import csv_text
+from stiction.report import write_audit_page, write_loop_page
 
 SCREENSHOTS = os.environ.get("STICTION_SCREENSHOTS")
 """Folder for pictures of the screens; none are kept without it."""
@@ -319,15 +321,59 @@ def test_unknown_places_are_said(server, open_page, place, message):
     page.wait_for_selector(f"text={message}")
 
 
-def test_phone_and_wide_screens_do_not_scroll_sideways(audit_server, open_page):
-    server = audit_server
-    for width in (390, 1280, 3840):
-        page = open_page(server, viewport={"width": width, "height": 900})
-        for place in ("#/drop", "#/loops", "#/loop/audit1/" + first_key(server), "#/groups", "#/compare"):
-            page.evaluate("place => { location.hash = place; }", place)
-            page.wait_for_selector("main h1")
-            page.wait_for_timeout(400)
-            assert page.evaluate("document.documentElement.scrollWidth <= innerWidth"), (place, width)
+SCREENS = ("#/drop", "#/loops", "#/loop/audit1/{key}", "#/groups", "#/compare", "#/whatif", "#/whatif/audit1/{key}",
+           "#/textbook")  # fmt: skip
+READY = {"#/loops": ".virtual td.tag", "#/loop/": ".trends .u-over", "#/whatif": ".u-over", "#/textbook": ".u-over"}
+"""Begin of a place -> what shows that it is drawn."""
+
+
+def faults(page) -> list[str]:
+    """Faults of accessibility of the page, all of them, and of its contrast in the dark; and what is too wide."""
+    from axe_playwright_python.sync_playwright import Axe
+
+    found = Axe().run(page).response["violations"]
+    page.emulate_media(color_scheme="dark")
+    found += Axe().run(page, options={"runOnly": ["color-contrast"]}).response["violations"]
+    page.emulate_media(color_scheme="light")
+    wide = [] if page.evaluate("document.documentElement.scrollWidth <= innerWidth") else ["scrolls sideways"]
+    return [f"{one['id']}: {one['nodes'][0]['html'][:200]}" for one in found] + wide
+
+
+@pytest.mark.parametrize("width", [390, 1440])
+def test_every_screen_is_accessible_in_both_themes(audit_server, open_page, width):
+    """Pages that write an error to the console, or ask another server, fail in `open_page`."""
+    page = open_page(audit_server, viewport={"width": width, "height": 900})
+    for screen in SCREENS:
+        place = screen.format(key=first_key(audit_server))
+        page.evaluate("place => { location.hash = place; }", place)
+        page.wait_for_selector(next((ready for begin, ready in READY.items() if place.startswith(begin)), "main h1"))
+        page.wait_for_timeout(200)
+        assert faults(page) == [], place
+        picture(page, f"{place.strip('#/').split('/')[0]}-{width}")
+
+
+@pytest.mark.parametrize("width", [390, 1440])
+def test_every_written_page_is_accessible_in_both_themes(audit_folder, browser, width):
+    audit = st.open_audit(audit_folder / "now")
+    assert cli.main(["worklist", str(audit.folder), "--orders", "1"]) == 1
+    pages = [write_audit_page(audit), write_loop_page(audit, "FIC-101"), *(audit.folder / "worklist").rglob("*.html")]
+    assert len(pages) == 4
+    context = browser.new_context(viewport={"width": width, "height": 900})
+    page = context.new_page()
+    trouble = []
+    page.on("console", lambda message: message.type == "error" and trouble.append(message.text))
+    page.on("request", lambda request: request.url.startswith("http") and trouble.append(request.url))
+    for path in pages:
+        page.goto(path.as_uri())
+        assert faults(page) == [], path.name
+    context.close()
+    assert not trouble
+
+
+def test_a_very_wide_screen_does_not_scroll_sideways(audit_server, open_page):
+    page = open_page(audit_server, "#/loops", viewport={"width": 3840, "height": 900})
+    page.wait_for_selector(".virtual td.tag")
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
 
 
 def first_key(server) -> str:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+import stiction as st
 from stiction.apps import cli
 from stiction.diagnosis.verdict.finding import FINDINGS, grade
+from stiction.display.duration_format import format_seconds
 from stiction.records.conditioned import condition
 from stiction.report.labels import FINDINGS as FINDING_LINES
 from stiction.report.labels import headline
@@ -77,7 +78,7 @@ def test_an_op_that_is_the_position_of_the_valve_is_asked_about():
 
 def test_step_is_twice_the_smallest_stiction_that_matters():
     found = make_diagnosis(0.1, oscillating=False, verdict="undecided", smallest_S=3.0)
-    assert "Step OP by 6 % each way" in found.next_step
+    assert "A step of OP would show whether its valve sticks: by 6 % each way in manual" in found.next_step
 
 
 def test_headline_leads_with_the_finding():
@@ -92,23 +93,36 @@ def test_json_tells_play_from_stiction():
     assert make_diagnosis(0.95).to_dict()["stiction"]["kind"] == "stiction"
 
 
-PLAN = re.compile(r"Plan: stiction (valve-test plan .+)$")
-
-
 @pytest.mark.parametrize(
-    "changes", [{"probability": 0.95}, {"probability": 0.1, "oscillating": False, "verdict": "undecided"}]
+    ("changes", "size"),
+    [
+        ({"probability": 0.95}, 12.0),  # 3 S
+        ({"probability": 0.1, "oscillating": False, "verdict": "undecided"}, 4.0),  # 2 % each way
+        ({"probability": 0.4, "S_detectable": None}, 4.0),
+    ],
 )
-def test_the_plan_of_a_test_is_a_command(changes, tmp_path, capsys):
+def test_one_plan_is_written_said_and_ordered(changes, size, tmp_path):
+    """Next step, command and work order are of one plan, with its size and time."""
     found = make_diagnosis(**changes)
-    [words] = PLAN.findall(found.next_step)
-    assert cli.main([*words.split(), "--out", str(tmp_path / "plan.csv")]) == 0
+    plan = found.valve_test
+    assert plan is not None
+    assert cli.main([*plan.command.split()[1:], "--out", str(tmp_path / "plan.csv")]) == 0
     op = np.loadtxt(tmp_path / "plan.csv", delimiter=",", skiprows=1)[:, 1]
-    assert op.min() < found.segment.op.mean() < op.max()
-    assert np.ptp(op) == pytest.approx(12.0 if changes["probability"] > 0.5 else 4.0)  # 3 S, and 2 % each way
+    np.testing.assert_allclose(op, plan.op, atol=1e-6)
+    assert np.ptp(op) == pytest.approx(size)
+    assert format_seconds(plan.duration) in found.next_step
+    assert found.manual_time >= plan.duration
+    assert st.work_order(found).before[0] == plan
+
+
+def test_open_question_of_a_quiet_loop_asks_nobody_to_act():
+    found = make_diagnosis(0.1, oscillating=False, verdict="undecided")
+    assert found.next_step.startswith("Nothing to do now: the loop does not oscillate.")
+    assert found.action == found.next_step
 
 
 def test_tests_stay_within_the_span():
     segment = make_segment()
     low = replace(segment, signals=condition(replace(segment.record, op=segment.record.op - 49.0)))
-    [words] = PLAN.findall(make_diagnosis(0.95, segment=low).next_step)
-    assert "--low 0.0 --high 12.0" in words
+    plan = make_diagnosis(0.95, segment=low).valve_test
+    assert (plan.settings["low"], plan.settings["high"]) == (0.0, 12.0)

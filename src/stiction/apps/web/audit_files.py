@@ -23,14 +23,8 @@ __all__ = [
 ]
 
 SPARKLINE_POINTS = 60
-GROUP_POINTS = 700
-"""Points of a trend in a group [-]."""
-GROUP_PERIODS = 8
-"""Periods of the trends of a group [-]."""
 MAX_GROUP_TRENDS = 24
 """Members of a group that are drawn [-]."""
-MIN_SPECTRUM_BLOCKS = 16
-"""Block means of which a spectrum is drawn, at least [-]."""
 
 
 def load_audit(folder: str) -> Audit:
@@ -108,16 +102,15 @@ def _rows(audit: Audit) -> list[dict[str, Any]]:
 
 
 def audit_sparks(folder: str, keys: list[int]) -> dict[str, list[float | None]]:
-    """Return small trends of some loops by their key: PV less SP, block means."""
-    import numpy as np
-
+    """Return small trends of some loops by their key: block means of OP."""
     from stiction.apps.web.trend_data import thin_values
     from stiction.fleet.signals import read_signals
+    from stiction.report.figures.sparkline import recent_swing
 
     audit = load_audit(folder)
     parts = {number: part for number, part in audit.signal_parts.values() if number in set(keys) and part}
     means = read_signals(audit.signals_folder, parts)
-    return {str(k): thin_values(-one.error.astype(np.float64), SPARKLINE_POINTS) for k, one in means.items()}
+    return {str(k): thin_values(recent_swing(one.op, one.clock.dt), SPARKLINE_POINTS) for k, one in means.items()}
 
 
 def describe_groups(folder: str) -> bytes:
@@ -129,60 +122,20 @@ def describe_groups(folder: str) -> bytes:
 
 
 def _describe_group(audit: Audit, rows: dict[str, LoopRow], group: dict[str, Any]) -> dict[str, Any]:
-    details = sorted(group["member_details"], key=lambda one: -one["phase_deg"])
+    from stiction.apps.web.trend_data import to_list
+    from stiction.report.group_picture import picture_group
+
+    picture = picture_group(audit, group, MAX_GROUP_TRENDS)
     members = [
-        {**one, "key": audit.signal_parts[one["tag"]][0]}
+        {**one, "key": audit.signal_parts[one["tag"]][0], "since": picture.since.get(one["tag"], "")}
         | {name: rows[one["tag"]][name] for name in ("verdict", "status", "probability", "area")}
-        for one in details
+        for one in group["member_details"]
         if one["tag"] in rows
     ]
-    drawn = _draw_members(audit, members[:MAX_GROUP_TRENDS], group["period_s"])
+    lines = {name: {tag: [to_list(x), to_list(y)] for tag, (x, y) in getattr(picture, name).items()}
+             for name in ("trends", "spectra")}  # fmt: skip
     names = ("number", "period_s", "roots", "leading_roots", "perhaps_also", "similar", "summary")
-    return {**{name: group.get(name) for name in names}, "members": members, **drawn}
-
-
-def _draw_members(audit: Audit, members: list[dict[str, Any]], period: float) -> dict[str, Any]:
-    """Trends over some periods in the middle, and spectra over the period; each from -1 to 1, or 0 to 1."""
-    import numpy as np
-
-    from stiction.apps.web.trend_data import thin_columns, to_list
-    from stiction.fleet.signals import read_signals
-
-    parts = {one["key"]: audit.signal_parts[one["tag"]][1] for one in members}
-    means = read_signals(audit.signals_folder, {key: part for key, part in parts.items() if part})
-    trends, spectra = {}, {}
-    times: list[float | None] = []
-    for member in members:
-        one = means.get(member["key"])
-        if one is None:
-            continue
-        is_fast = one.fast_error.size > 0 and period < 2 * 10 * one.clock.dt
-        dt = one.clock.fast_dt if is_fast else one.clock.dt
-        error, op = (one.fast_error, one.fast_op) if is_fast else (one.error, one.op)
-        signal = (op if member["signal"] == "op" else -error).astype(np.float64)
-        if signal.size < MIN_SPECTRUM_BLOCKS or not np.ptp(signal) > 0.0:
-            continue
-        shown = min(signal.size, max(MIN_SPECTRUM_BLOCKS, round(GROUP_PERIODS * period / dt)))
-        first = (signal.size - shown) // 2
-        samples, thinned = thin_columns({"y": signal[first : first + shown]}, GROUP_POINTS // 2)
-        part = thinned["y"]
-        trends[str(member["key"])] = to_list((part - part.mean()) / (np.ptp(part) or 1.0))
-        times = to_list(samples * dt)
-        spectra[str(member["key"])] = _spectrum(signal, dt, period)
-    return {"time": times, "trends": trends, "spectra": spectra}
-
-
-def _spectrum(signal: Any, dt: float, period: float) -> dict[str, list[float | None]]:
-    """Amplitudes from 0.4 to 8 times the frequency of a group, the largest is 1."""
-    import numpy as np
-
-    from stiction.apps.web.trend_data import to_list
-
-    power = np.abs(np.fft.rfft((signal - signal.mean()) * np.hanning(signal.size))).astype(np.float64)
-    ratio = np.fft.rfftfreq(signal.size, dt).astype(np.float64) * period
-    inside = (ratio > 0.4) & (ratio < 8.0)
-    level = power[inside] / max(power[inside].max(initial=0.0), 1e-300)
-    return {"ratio": to_list(ratio[inside].astype(np.float64)), "level": to_list(level)}
+    return {**{name: group.get(name) for name in names}, "members": members, "shown_s": picture.shown_s, **lines}
 
 
 def compare_with(folder: str, other: str) -> bytes:

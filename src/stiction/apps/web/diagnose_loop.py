@@ -40,6 +40,7 @@ def diagnose_loop(record_path: str, folder: str) -> dict[str, Any]:
     """
     from stiction.apps.web.trend_data import save_signals, thin_values
     from stiction.fleet import LoopRow
+    from stiction.report.figures.sparkline import recent_swing
     from stiction.report.loop_view import LoopView
 
     diagnosis = diagnose_file(record_path)
@@ -50,7 +51,7 @@ def diagnose_loop(record_path: str, folder: str) -> dict[str, Any]:
     save_signals(target / "signals.npz", diagnosis.record, {"model": view.model, "position": view.valve_position}, note)
     write_content(loop_content(diagnosis), target)
     record = diagnosis.record
-    trend = thin_values(record.op if record.pv is None else record.pv, SPARKLINE_POINTS)
+    trend = thin_values(recent_swing(record.op, record.dt), SPARKLINE_POINTS)
     return table_row(LoopRow(record.tag).with_diagnosis(diagnosis)) | {"spark": trend}
 
 

@@ -64,7 +64,8 @@ async def _open(request: Request) -> Response:
 
 
 def _describe(loops: LoopSet) -> dict[str, Any]:
-    return {"id": loops.id, "name": loops.name, "is_audit": loops.audit_folder is not None}
+    name = loops.name if loops.audit_folder is None else _closed_name(loops.audit_folder)
+    return {"id": loops.id, "name": name, "is_audit": loops.audit_folder is not None}
 
 
 async def _rows(request: Request) -> Response:

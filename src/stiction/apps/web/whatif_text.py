@@ -53,7 +53,7 @@ def describe_trend(
         return f"The simulated loop comes to rest: OP stays at {op_swing.middle:.4g} %, PV {where}."
     every = f" with a period of {format_seconds(op_swing.period)}" if math.isfinite(op_swing.period) else ""
     text = (
-        f"The simulated loop oscillates{every}: OP amplitude {format_number(op_swing.amplitude, significant=3)} %, "
+        f"The simulated loop oscillates{every}: OP amplitude {format_number(op_swing.amplitude, '%', 3)}, "
         f"PV amplitude {format_number(pv_swing.amplitude, significant=3)}."
     )
     if not every:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -83,16 +84,17 @@ def _find_growth(known: Sequence[Window], table: WindowTable, numbers: dict[int,
     """Growth of S over windows of a sticky valve, by least squares of ln S; None where it is not sure."""
     if len(known) < LEAST_GROWTH_WINDOWS:
         return None
-    from scipy.stats import linregress, norm
-
-    x = np.array([one.start_s for one in known])
-    fit = linregress(x, np.log(np.maximum(table.S[:, 0], 1e-3)))
-    slope, error, intercept = (float(getattr(fit, name)) for name in ("slope", "stderr", "intercept"))
+    x, y = np.array([one.start_s for one in known]), np.log(np.maximum(table.S[:, 0], 1e-3))
+    away = x - x.mean()
+    square = float(away @ away)
+    slope = float(away @ y) / square
+    rest = y - y.mean() - slope * away
+    error = math.sqrt(float(rest @ rest) / ((x.size - 2) * square))
     rise = slope * float(x[-1] - x[0])
     if not (rise > LEAST_GROWTH and slope > GROWTH_SIGNIFICANCE * error):
         return None
-    before, after = (float(np.exp(intercept + slope * at)) for at in (x[0], x[-1]))
-    sure = float(norm.cdf(slope / max(error, 1e-300)))
+    before, after = (float(np.exp(y.mean() + slope * at)) for at in (away[0], away[-1]))
+    sure = 0.5 * math.erfc(-slope / max(error, 1e-300) / math.sqrt(2.0))
     return Change(known[0].start, known[0].start_s, "growth", before, after, sure, numbers[id(known[0])])
 
 

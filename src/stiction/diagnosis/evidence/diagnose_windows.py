@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from stiction.diagnosis.detection import detect_all
 from stiction.diagnosis.evidence.pool_diagnoses import PooledWindows
-from stiction.diagnosis.evidence.windows import cut, settle_target, take, window_target
+from stiction.diagnosis.evidence.windows import cut, settle_target, window_target
 from stiction.diagnosis.segment import judge_segment
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ def diagnose_windows(records: Sequence[LoopRecord], judge: Judge, *, methods: bo
         if number:
             judged, elapsed_s = {}, _offset(records[0], record, elapsed_s)
         for one in cuts:
-            segment = judged.pop((one.first, one.last), None) or judge_segment(take(record, one))
+            segment = judged.pop(one.samples, None) or judge_segment(record, samples=one.samples)
             pooled.add(judge(segment, methods and single), elapsed_s + one.first * record.dt)
         elapsed_s += record.duration
     found = pooled.diagnose()

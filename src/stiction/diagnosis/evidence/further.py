@@ -11,13 +11,14 @@ import numpy as np
 
 from stiction.diagnosis.evidence.diagnose_windows import diagnose_windows
 from stiction.diagnosis.evidence.pool_diagnoses import PooledWindows
-from stiction.diagnosis.evidence.windows import DAY, cut, cut_grid, grid_length, settle_target, take
+from stiction.diagnosis.evidence.windows import DAY, cut, cut_grid, grid_length, settle_target
 from stiction.diagnosis.segment import judge_segment
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from stiction.diagnosis.evidence.diagnose_windows import Judge
+    from stiction.diagnosis.evidence.windows import Cut
     from stiction.diagnosis.verdict.diagnosis import Diagnosis
     from stiction.diagnosis.verdict.history import Window
     from stiction.records.record import LoopRecord
@@ -82,25 +83,24 @@ def diagnose_further(
             assert old is not None
             pooled.add_known(old.window)
             continue
-        part, start_s = take(record, one), (begin - begins[0]) / timedelta(seconds=1.0)
-        digest = _digest(part)
+        start_s, digest = (begin - begins[0]) / timedelta(seconds=1.0), _digest(record, one)
         if old is not None and old.digest == digest:
             pooled.add_known(old.window)
         else:
-            window = pooled.add(judge(judge_segment(part), False), start_s)
+            window = pooled.add(judge(judge_segment(record, samples=one.samples), False), start_s)
             new.append(StoredWindow(begin, length, one.complete, digest, replace(window, contributions=())))
     if target and len(cut(record, target)) == 1:
         whole = len(new) == 1 and new[0].window.end_s - new[0].window.start_s == record.duration
         return (pooled.diagnose() if whole else diagnose_windows([record], judge, methods=False)), new
     if not new:
         last = max(cuts.values(), key=lambda one: one.first, default=None)
-        pooled.stand_for(judge(judge_segment(record if last is None else take(record, last)), False))
+        pooled.stand_for(judge(judge_segment(record, samples=last and last.samples), False))
     return pooled.diagnose(), new
 
 
-def _digest(part: LoopRecord) -> str:
+def _digest(record: LoopRecord, window: Cut) -> str:
     """Digest of the signals of a window."""
-    hashed = blake2b(np.ascontiguousarray(part.op).tobytes(), digest_size=8)
-    for signal in (part.pv, part.sp):
-        hashed.update(b"-" if signal is None else np.ascontiguousarray(signal).tobytes())
+    hashed = blake2b(digest_size=8)
+    for signal in (record.op, record.pv, record.sp):
+        hashed.update(b"-" if signal is None else np.ascontiguousarray(signal[window.first : window.last]).tobytes())
     return hashed.hexdigest()

@@ -58,7 +58,8 @@ def describe_window(found: Diagnosis, start_s: float) -> Window:
     jumps = [found.features[name] for name in DEADBAND_FEATURES if np.isfinite(found.features[name])]
     return replace(
         about, S=one.S, S_low=one.S_low, S_high=one.S_high, J=one.J, J_low=one.J_low, J_high=one.J_high,
-        over_deadband=float(sum(jumps)), contributions=found.contributions,
+        over_deadband=float(sum(jumps)), band_to_swing=float(np.nan_to_num(found.features["band_to_swing"])),
+        contributions=found.contributions,
         causes=tuple(getattr(found.oscillation_cause, name) for name in (*CAUSES, "seen")),
         evidence=model.intercept + total - log_odds(model.training_prior),
     )  # fmt: skip

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 __all__ = ["POOLED_FEATURES", "Pooled", "WindowTable", "pool_windows", "pooled_features", "pooled_log_odds", "tabulate"]
 
-POOLED_FEATURES = ("constant", "unshown", "spread", "over_deadband", "size")
+POOLED_FEATURES = ("constant", "evidence", "over_deadband", "size", "band_to_swing", "spread")
 """Names of the pooled features, in the order of the model's coefficients."""
 MAX_SPREAD = 1.5
 """Largest standard deviation of ln S between windows that counts [-]."""
@@ -52,8 +52,6 @@ class WindowTable(NamedTuple):
     """Log odds of stiction beyond those of the prior [-]."""
     valve_cause: NDArray[np.float64]
     """Probability that the valve makes the loop oscillate [-]."""
-    shown: NDArray[np.bool_]
-    """Whether the window would have shown a sticky valve."""
     S: NDArray[np.float64]
     """S, lower and upper end of its interval [% of span], shape (n_windows, 3)."""
     J: NDArray[np.float64]
@@ -62,6 +60,8 @@ class WindowTable(NamedTuple):
     """Smallest S that would have shown [% of span]; infinite where none would."""
     over_deadband: NDArray[np.float64]
     """Evidence of a slip jump against deadband alone, asinh(LLR / 20) [-]."""
+    band_to_swing: NDArray[np.float64]
+    """S over the 98 % range of OP [-]."""
 
     def part(self, first: int, last: int | None = None) -> WindowTable:
         """The windows `first` <= k < `last`."""
@@ -93,28 +93,26 @@ def tabulate(windows: Sequence[Window]) -> WindowTable:
     return WindowTable(
         np.array([one.evidence for one in known], dtype=np.float64),
         np.array([one.valve_cause for one in known], dtype=np.float64),
-        np.array([one.S_detectable is not None for one in known], dtype=bool),
         both[:, 0], both[:, 1],
         np.array([np.inf if one.S_detectable is None else one.S_detectable for one in known], dtype=np.float64),
         np.array([one.over_deadband for one in known], dtype=np.float64),
+        np.array([one.band_to_swing for one in known], dtype=np.float64),
     )  # fmt: skip
 
 
 def pooled_features(table: WindowTable) -> NDArray[np.float64]:
     """Means over windows that the model takes, shape (n_features,) [-]; see `POOLED_FEATURES`.
 
-    `unshown` is the share of windows in which a sticky valve would not have shown. The spread of ln S between windows
-    is small of a valve that sticks. Size and spread weigh windows by their evidence.
+    The spread of ln S between windows is small of a valve that sticks; deadband alone needs no slip jump, and an S near
+    the swing of OP comes from a stem that hardly moved. Size, spread and slip jump weigh windows by their evidence.
     """
     values, _, relevance = _errors(table)
-    size = float(relevance @ values) / relevance.sum()
-    spread = min(float(np.sqrt(relevance @ (values - size) ** 2 / relevance.sum())), MAX_SPREAD)
-    return np.array(
-        [
-            1.0, 1.0 - table.shown.mean(), spread, np.clip(table.over_deadband, *DEADBAND_RANGE).mean(),
-            np.clip(size, *np.log(SIZE_RANGE)),
-        ]
-    )  # fmt: skip
+    share = relevance / relevance.sum()
+    size = float(share @ values)
+    spread = min(float(np.sqrt(share @ (values - size) ** 2)), MAX_SPREAD)
+    over_deadband = float(share @ np.clip(table.over_deadband, *DEADBAND_RANGE))
+    size = float(np.clip(size, *np.log(SIZE_RANGE)))
+    return np.array([1.0, table.evidence.mean(), over_deadband, size, table.band_to_swing.mean(), spread])
 
 
 def effective_windows(n: int, correlation: float) -> float:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from stiction.records.record import LoopRecord
 
 __all__ = [
-    "Cut", "cut", "cut_grid", "cut_record", "grid_length", "settle_target", "slowest_period", "take", "window_target",
+    "Cut", "cut", "cut_grid", "cut_record", "grid_length", "settle_target", "slowest_period", "window_target",
 ]  # fmt: skip
 
 PERIODS = 15.0
@@ -51,6 +51,11 @@ class Cut(NamedTuple):
     """Begin of the window on the grid of an audit; None without a grid."""
     complete: bool = True
     """Whether the record holds all of it, so that more data will not change it."""
+
+    @property
+    def samples(self) -> tuple[int, int]:
+        """First sample, and one past the last."""
+        return self.first, self.last
 
 
 def slowest_period(oscillation: Oscillation) -> float:
@@ -163,7 +168,7 @@ def settle_target(record: LoopRecord) -> tuple[float, dict[tuple[int, int], Judg
         for k, one in enumerate(cut(record, target)):
             if k and (k >= MAX_TRIED or one.last > day):
                 break
-            segment = judged[one.first, one.last] = judge_segment(take(record, one))
+            segment = judged[one.samples] = judge_segment(record, samples=one.samples)
             if segment.loop_state.in_control:
                 period = slowest_period(segment.oscillation)
                 break
@@ -171,11 +176,6 @@ def settle_target(record: LoopRecord) -> tuple[float, dict[tuple[int, int], Judg
         if needed <= target:
             return target, judged
         target = needed
-
-
-def take(record: LoopRecord, one: Cut) -> LoopRecord:
-    """The samples of a window; the record itself where that is all of it."""
-    return record if one.last - one.first == len(record) else record.window(one.first, one.last)
 
 
 def cut_grid(record: LoopRecord, length: float) -> list[Cut]:

@@ -25,32 +25,31 @@ def valve_positions(op, per_block, S, J, rests, start, out):
     The rule is Kano's. A resting stem moves when OP is more than (S + J) / 2 away from it; a moving one stays
     (S - J) / 2 behind OP while OP goes on in its direction. Where `rests` is true the stem rests again after every
     sample, as in the models of Stenman and of He. `start` is the first position, in units of (S + J) / 2 from OP.
+    The valves are the inner loop, without branches, so that several are computed at once.
     """
-    for v in range(out.shape[0]):
-        half = 0.5 * (S[v] + J[v])
-        edge = half * (1.0 + TIE_TOLERANCE)
-        gap = 0.5 * (S[v] - J[v])
-        position = op[0] + start[v] * half
-        direction = 0.0
-        previous = op[0]
-        for k in range(out.shape[1]):
-            total = 0.0
-            for i in range(k * per_block, (k + 1) * per_block):
-                u = op[i]
-                error = u - position
-                if (u - previous) * direction > 0.0:
-                    position = u - direction * gap
-                elif error > edge:
-                    position = u - gap
-                    direction = 0.0 if rests[v] else 1.0
-                elif error < -edge:
-                    position = u + gap
-                    direction = 0.0 if rests[v] else -1.0
-                else:
-                    direction = 0.0
-                previous = u
-                total += position
-            out[v, k] = total / per_block
+    n = out.shape[0]
+    half, gap = 0.5 * (S + J), 0.5 * (S - J)
+    edge, goes = half * (1.0 + TIE_TOLERANCE), np.where(rests, 0.0, 1.0)
+    position, direction, total = op[0] + start * half, np.zeros(n), np.zeros(n)
+    previous = op[0]
+    for k in range(out.shape[1]):
+        total[:] = 0.0
+        for i in range(k * per_block, (k + 1) * per_block):
+            u = op[i]
+            step = u - previous
+            for v in range(n):
+                was, way = position[v], direction[v]
+                error = u - was
+                moves, up, down = step * way > 0.0, error > edge[v], error < -edge[v]
+                jumped = u - gap[v] if up else (u + gap[v] if down else was)
+                turned = goes[v] if up else (-goes[v] if down else 0.0)
+                now = u - way * gap[v] if moves else jumped
+                position[v] = now
+                direction[v] = way if moves else turned
+                total[v] += now
+            previous = u
+        for v in range(n):
+            out[v, k] = total[v] / per_block
 
 
 @kernel

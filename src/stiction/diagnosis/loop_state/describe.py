@@ -34,8 +34,8 @@ ACTIONS: Mapping[StateName, str] = {
     "manual": "Put the controller in automatic and record the loop again.",
     "saturated": "Record a period in which OP moves between its limits; if there is none, check supply, load and set "
     "point.",
-    "not_in_command": "Check which controller the override or selector has chosen, and that this one has integral "
-    "action; without an override, check supply, block valves and the size of the valve. Diagnose the loop in command.",
+    "not_in_command": "Check which controller the override or selector has chosen, that this one has integral "
+    "action, then supply and block valves. Diagnose the loop again when it is in command.",
     "shut_in": "Check block valves, pump and line-up, and record the loop again when there is flow.",
     "valve_not_responding": "Check the block valves and whether an override has the valve, then the actuator and "
     "the stem.",

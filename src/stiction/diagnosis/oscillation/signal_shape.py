@@ -83,11 +83,11 @@ def noise_share(x: Signal, size: int) -> float:
 
 def largest_pole(x: Signal, size: int, lags: int = 16) -> float:
     """-lg(1 - r) with r the largest pole of block means predicted from themselves alone [-]."""
-    from scipy.linalg import solve_toeplitz
-
     y = block_means(x, size)
     y = (y - y.mean()) / max(float(y.std()), 1e-300)
     products = np.array([y[: y.size - k] @ y[k:] for k in range(lags + 1)]) / y.size
     products[0] *= 1.0 + 1e-6
-    poles = np.roots(np.r_[1.0, -solve_toeplitz(products[:-1], products[1:])])
+    number = np.arange(lags)
+    correlations = products[np.abs(np.subtract.outer(number, number))]
+    poles = np.roots(np.r_[1.0, -np.linalg.solve(correlations, products[1:])])
     return -math.log10(max(1.0 - float(np.abs(poles).max()), 1e-4)) if poles.size else 0.0

@@ -9,7 +9,7 @@ from stiction.diagnosis.loop_state import describe_action, describe_state
 from stiction.diagnosis.verdict.causes import OscillationCause, closest_alternative
 from stiction.diagnosis.verdict.decision import DEFAULT_PRIOR, DEFAULT_SMALLEST_S, Costs
 from stiction.diagnosis.verdict.explanation import explain_action, explain_reason
-from stiction.diagnosis.verdict.finding import explain_next_step, find_code, grade
+from stiction.diagnosis.verdict.finding import explain_next_step, find_code, grade, manual_time, plan_valve_test
 from stiction.diagnosis.verdict.model import log_odds, stiction_model
 from stiction.display.json_form import FOUR_DECIMALS, fields_to_json
 from stiction.display.number_format import format_number, format_probability
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from stiction.diagnosis.verdict.model import Contribution
     from stiction.records.assess import Quality
     from stiction.records.record import LoopRecord
+    from stiction.simulation.valve_test_plan import TestPlan
 
 __all__ = ["Diagnosis"]
 
@@ -46,7 +47,7 @@ class Diagnosis(ResultDisplay, kind="verdict"):
     _json_keys = (
         "record.provenance.source as file", "record.tag as tag", "verdict", "probability", "prior", "reason", "action",
         "record.op_unit as op_unit", "record.dt as dt_s", "loop_state", "identification as stiction", "controller",
-        "oscillation", "oscillation_cause", "finding", "next_step", "S_detectable",
+        "oscillation", "oscillation_cause", "finding", "next_step", "valve_test", "S_detectable",
         "average_log_odds", "contributions as features", "windows", "history", "windows_needed", "evidence", "quality",
     )  # fmt: skip
 
@@ -146,6 +147,16 @@ class Diagnosis(ResultDisplay, kind="verdict"):
     def next_step(self) -> str:
         """The cheapest test that decides what is open, with its size and duration; empty where nothing is open."""
         return explain_next_step(self)
+
+    @property
+    def valve_test(self) -> TestPlan | None:
+        """The test of the next step, where it moves OP: the same in next step, work list and work order."""
+        return plan_valve_test(self)
+
+    @property
+    def manual_time(self) -> float:
+        """Time in manual that the next step needs [s]; NaN where it needs none."""
+        return manual_time(self)
 
     @property
     def grade(self) -> str:

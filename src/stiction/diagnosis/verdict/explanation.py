@@ -60,11 +60,6 @@ class Explained(Findings, OverTime, Protocol):
         ...
 
     @property
-    def next_step(self) -> str:
-        """The cheapest test that decides what is open."""
-        ...
-
-    @property
     def strongest_alternative(self) -> tuple[str, float] | None:
         """The closest explanation without stiction."""
         ...
@@ -111,7 +106,7 @@ def _evidence(found: Explained) -> str:
         shown = (
             "" if found.S_detectable is None else (f" Stiction above {found.S_detectable:.1f} {unit} would have shown.")
         )
-        return f"A sticky valve does not predict the {signal} clearly better than other explanations.{shown}"
+        return f"Without a sticky valve the {signal} is explained about as well.{shown}"
     return f"The evidence does not decide: the most likely sticky valve has S of {size}.{against}"
 
 

@@ -10,14 +10,21 @@ import numpy as np
 
 from stiction.diagnosis.verdict.causes import cause_models
 from stiction.display.duration_format import format_seconds
+from stiction.display.finding_words import OPEN, can_wait
+from stiction.display.number_format import format_number
+from stiction.simulation.confirming_tests import plan_confirming_ramp, plan_confirming_step
 
 if TYPE_CHECKING:
     from stiction.diagnosis.identification.result import Identification
     from stiction.diagnosis.result import Verdict
     from stiction.diagnosis.segment import JudgedSegment
     from stiction.diagnosis.verdict.causes import OscillationCause
+    from stiction.simulation.valve_test_plan import TestPlan
 
-__all__ = ["FINDINGS", "GRADES", "Finding", "Findings", "explain_next_step", "find_code", "grade", "is_backlash"]
+__all__ = [
+    "FINDINGS", "GRADES", "NOTHING_NOW", "Finding", "Findings", "explain_next_step", "find_code", "grade",
+    "is_backlash", "manual_time", "plan_valve_test",
+]  # fmt: skip
 
 Finding = Literal[
     "sticks", "probably_sticks", "backlash", "tuning", "follows", "external", "set_point", "rate_limit", "dead_zone",
@@ -36,12 +43,12 @@ TEST_PERIODS = 3.0
 """Periods in manual that show whether an oscillation comes from outside [-]."""
 MIN_TEST_STEP = 2.0
 """Step of OP that moves a valve which hardly moved [% of span]."""
-
-
-MIN_SAMPLES, MAX_SETTLING = 10.0, 600.0
-"""Fewest samples at a step of a test [-], and longest wait there [s]."""
-RAMP_TIMES = 5.0
-"""Duration of a ramp over the time in which the process settles [-]."""
+MAX_SETTLING = 300.0
+"""Longest time that a test waits for the process [s]."""
+MIDDLE_OP, ASSUMED_S = 50.0, 5.0
+"""OP and S of a test where OP is not recorded in % of span [% of span]."""
+NOTHING_NOW = "Nothing to do now: the loop does not oscillate."
+"""Next step of a loop whose open question can wait."""
 NEXT_STEPS = {
     "tuning": "Halve the controller gain for three periods: the oscillation dies out if tuning is the cause.",
     "follows": "Look at what moves the set point: its master loop, ratio station or operator.",
@@ -105,6 +112,16 @@ class Findings(Protocol):
         """The code."""
         ...
 
+    @property
+    def valve_test(self) -> TestPlan | None:
+        """The test that moves OP."""
+        ...
+
+    @property
+    def next_step(self) -> str:
+        """The cheapest test that decides what is open."""
+        ...
+
 
 def grade(verdict: Verdict, probability: float) -> str:
     """Word of a verdict and its probability, one of five grades.
@@ -157,74 +174,87 @@ def find_code(found: Findings) -> Finding:
     return "cause_unknown" if found.segment.oscillation.oscillating or found.verdict == "no_stiction" else "cannot_tell"
 
 
-def explain_next_step(found: Findings) -> str:
-    """Name the cheapest test that decides what is open, with its size and duration; empty where nothing is open.
+def plan_valve_test(found: Findings) -> TestPlan | None:
+    """Plan the test that moves OP, of which the next step speaks; None where it names none."""
+    if not found.segment.loop_state.in_control:
+        return None
+    op, signals = MIDDLE_OP, found.segment
+    if found.segment.record.op_in_percent and signals.op.size:
+        op = float(signals.op.mean())
+    settling = _settling(found)
+    if found.finding in ("sticks", "probably_sticks"):
+        S, S_high = _size(found)
+        return plan_confirming_ramp(op, S, S_high=S_high, settling=settling, dt=signals.dt)
+    if found.finding in OPEN and not (signals.oscillation.oscillating and found.S_detectable is not None):
+        size = max(MIN_TEST_STEP, 2.0 * found.smallest_S)
+        return plan_confirming_step(op, size, settling=settling, dt=signals.dt)
+    return None
 
-    Where the test moves OP, its plan is the command line of `stiction valve-test plan` that writes it.
-    """
+
+def manual_time(found: Findings) -> float:
+    """Time in manual that the next step needs [s]; NaN where it needs none."""
+    plan, oscillation = found.valve_test, found.segment.oscillation
+    swings = oscillation.oscillating and found.next_step.startswith("Put the controller in manual")
+    waiting = TEST_PERIODS * oscillation.period if swings else 0.0
+    return (waiting + (plan.duration if plan else 0.0)) or math.nan
+
+
+def explain_next_step(found: Findings) -> str:
+    """Name the cheapest test that decides what is open, with its size and duration; empty where nothing is open."""
     code, oscillation = found.finding, found.segment.oscillation
     if not found.segment.loop_state.in_control:
         return ""
     period = oscillation.period if oscillation.oscillating else float("nan")
-    test = f"Put the controller in manual for {_minutes(TEST_PERIODS * period)}" if period > 0.0 else ""
-    if code in ("cause_unknown", "cannot_tell") and test:
+    test = f"Put the controller in manual for {_periods(TEST_PERIODS * period)}" if period > 0.0 else ""
+    plan = found.valve_test
+    if can_wait(code, oscillating=oscillation.oscillating):
+        missing = _missing(found)
+        return f"{NOTHING_NOW} {missing} A step of OP would show whether its valve sticks{_by(plan)}."
+    if code in OPEN and test:
         inside = "the tuning" if found.verdict == "no_stiction" else "the valve or the tuning"
         text = f"{test}: if PV keeps swinging, the cause is outside; if it stops, it is {inside}."
-        return text if found.S_detectable is not None else f"{text} {_step(found)}"
+        return f"{text} {_missing(found)} Step OP too{_by(plan)}." if plan else text
     if code == "external":
         stem = "a stem that still moves with OP held is a positioner that hunts"
         return f"{test}: PV keeps swinging if the cause is outside; {stem}." if test else ""
     if code == "tuning" and test and found.oscillation_cause.tuning < GRADES[0][0]:
         return f"{test}: if PV stops swinging, lower the controller gain; if it keeps swinging, the cause is outside."
-    if code in ("sticks", "probably_sticks"):
-        S = _size(found)
-        return (
-            f"Ramp OP up and down by {3.0 * S:.0f} % in manual and compare stem or PV with OP. {_ramp_plan(found, S)}"
-        )
-    if code in NEXT_STEPS or found.verdict != "undecided":
-        return NEXT_STEPS.get(code, "")
-    return _step(found) if oscillation.oscillating else f"Not urgent: the loop does not oscillate. {_step(found)}"
+    if plan is not None:
+        ramp = f"Ramp OP from {plan.settings['low']:g} to {plan.settings['high']:g} % and back in manual"
+        return f"{ramp} ({format_seconds(plan.duration)}), and compare stem or PV with OP."
+    return NEXT_STEPS.get(code, "")
 
 
-def _minutes(seconds: float) -> str:
+def _periods(seconds: float) -> str:
     return f"three periods ({format_seconds(seconds)})"
 
 
-def _size(found: Findings) -> float:
-    S = 0.0 if found.identification is None else found.identification.S
-    return max(S if math.isfinite(S) else 0.0, 0.5 * MIN_TEST_STEP)
+def _by(plan: TestPlan | None) -> str:
+    """Size and duration of a step test, for a sentence."""
+    return "" if plan is None else f": by {plan.upset:g} % each way in manual, {format_seconds(plan.duration)} in all"
 
 
-def _step(found: Findings) -> str:
-    """A step of OP that a sticky valve would have to follow."""
-    op, size = found.segment.op, max(MIN_TEST_STEP, 2.0 * found.smallest_S)
-    if found.S_detectable is None:
-        moved = float(np.ptp(op)) if op.size else 0.0
-        missing = f"OP moved {moved:.1f} %, but the record does not show that the valve followed."
-    else:
-        missing = f"Stiction below {found.S_detectable:.1f} % of span would not show."
-    ask = f"Step OP by {size:g} % each way in manual, or send a record with a set point or load change."
-    start = _between(found, size)
-    plan = f"step --start {start:.1f} --fine-range 0 --sizes {size:g} --wait {_settling(found):.0f}"
-    return f"{missing} {ask} Plan: stiction valve-test plan {plan} --dt {found.segment.dt:g}"
+def _missing(found: Findings) -> str:
+    """What the record does not show of the valve."""
+    if found.S_detectable is not None:
+        return f"Stiction below {format_number(found.S_detectable, '% of span', 2)} would not show in the record."
+    moved = float(np.ptp(found.segment.op)) if found.segment.op.size else 0.0
+    unit = found.segment.record.op_unit_short
+    return f"OP moved by {format_number(moved, unit, 2)}, but the record does not show that the valve followed."
 
 
-def _ramp_plan(found: Findings, S: float) -> str:
-    """Ramps over three bands, slow enough for the process to follow."""
-    middle = _between(found, 1.5 * S)
-    rate = 3.0 * S / (RAMP_TIMES * _settling(found))
-    plan = f"--low {middle - 1.5 * S:.1f} --high {middle + 1.5 * S:.1f} --rates {rate:.2g}"
-    return f"Plan: stiction valve-test plan ramp {plan} --dt {found.segment.dt:g}"
-
-
-def _between(found: Findings, half: float) -> float:
-    """Mean of OP, so far from 0 and 100 % that a test of plus and minus `half` fits [% of span]."""
-    op = found.segment.op
-    return min(max(float(op.mean()) if op.size else 50.0, half), 100.0 - half)
+def _size(found: Findings) -> tuple[float, float]:
+    """S and the upper end of its interval [% of span], assumed where OP is in another unit."""
+    valve = found.identification
+    if not found.segment.record.op_in_percent:
+        return ASSUMED_S, 0.0
+    S, high = (0.0, 0.0) if valve is None else (valve.S, valve.S_high)
+    return max(S if math.isfinite(S) else 0.0, 0.5 * MIN_TEST_STEP), high if math.isfinite(high) else 0.0
 
 
 def _settling(found: Findings) -> float:
-    """Time in which the identified process settles, at least some samples and at most ten minutes [s]."""
-    valve, dt = found.identification, found.segment.dt
-    settling = 0.0 if valve is None else valve.linear.dead_time + 3.0 * valve.linear.time_constant
-    return max(MIN_SAMPLES * dt, min(settling if math.isfinite(settling) else 0.0, MAX_SETTLING))
+    """Time in which the identified process settles, at most `MAX_SETTLING` [s]."""
+    valve = found.identification
+    process = None if valve is None else valve.process if found.verdict == "stiction" else valve.linear
+    settling = 0.0 if process is None else process.dead_time + 3.0 * process.time_constant
+    return min(settling if math.isfinite(settling) else 0.0, MAX_SETTLING)

@@ -53,6 +53,8 @@ class Window(Result):
     """Probability of each of `CAUSES` [-]; empty where the window cannot be judged."""
     over_deadband: float = field(default=0.0, metadata=json_as(omit=True))
     """Evidence of a slip jump against deadband alone, asinh(LLR / 20) [-]; 0 where it is not known."""
+    band_to_swing: float = field(default=0.0, metadata=json_as(omit=True))
+    """S over the 98 % range of OP [-]; 0 where it is not known."""
     contributions: tuple[Contribution, ...] = ()
     """What each feature adds to the log odds of stiction, the strongest first; not kept in a ledger."""
     evidence: float = field(default=0.0, metadata=json_as(omit=True))

@@ -10,6 +10,7 @@ from stiction.records.gaps import missing_mask
 from stiction.records.runs import runs
 from stiction.report import labels, style
 from stiction.report.blocks import Figure
+from stiction.report.visible_reasons import find_rests
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -20,6 +21,8 @@ __all__ = ["trends"]
 
 MAX_STRETCHES = 200
 """Largest number of hatched stretches of one kind that are drawn [-]."""
+RESTING = "valve at rest while OP moves"
+"""Stretches that are shaded, not hatched: a reason of the verdict that can be seen."""
 HATCHES = {"missing": "x", "saturated": "/", "manual": "\\"}
 """Kind of a stretch -> its hatching; other kinds are crossed."""
 
@@ -40,6 +43,12 @@ def trends(view: LoopView) -> Figure:
     masks = _marked(view)
     for name, mask in masks.items():
         data += _hatched(view, name, mask, ["y4", "y3"] if upper else ["y4"])
+    rests = find_rests(view)
+    if rests:
+        resting = np.zeros(len(record), dtype=np.bool_)
+        for first, last in rests:
+            resting[first:last] = True
+        data += _hatched(view, RESTING, resting, ["y4"])
     hidden = {"range": [0.0, 1.0], "visible": False, "fixedrange": True}
     signals = "PV, SP" if record.sp is not None else "PV"
     whole = view.is_analysed_whole
@@ -53,7 +62,12 @@ def trends(view: LoopView) -> Figure:
         "shapes": [] if whole else [_analysed_part(view)],
         "annotations": [] if whole or not upper else [_between_panels(view, "analysed")],
     }
-    return Figure({"data": data, "layout": layout}, "Set point, PV and OP over time", _caption(view, masks), height=440)
+    return Figure(
+        {"data": data, "layout": layout},
+        "Set point, PV and OP over time",
+        _caption(view, masks, len(rests)),
+        height=440,
+    )
 
 
 def _marked(view: LoopView) -> dict[str, NDArray[np.bool_]]:
@@ -66,7 +80,7 @@ def _marked(view: LoopView) -> dict[str, NDArray[np.bool_]]:
     return {name: mask for name, mask in masks.items() if mask.any()}
 
 
-def _caption(view: LoopView, masks: dict[str, NDArray[np.bool_]]) -> str:
+def _caption(view: LoopView, masks: dict[str, NDArray[np.bool_]], rests: int) -> str:
     record, (first, last) = view.diagnosis.record, view.analysed
     sentences = [
         f"{labels.count_noun(len(record), 'sample')} over {labels.format_duration(record.duration)}, one every "
@@ -81,6 +95,9 @@ def _caption(view: LoopView, masks: dict[str, NDArray[np.bool_]]) -> str:
     if masks:
         shares = (f"{labels.format_number(100.0 * mask.mean(), '%', 2)} {name}" for name, mask in masks.items())
         sentences.append(f"Hatched: {', '.join(shares)}.")
+    if rests:
+        times = labels.count_noun(rests, "time")
+        sentences.append(f"Shaded with OP: the estimated valve rests while OP moves by half of S or more, {times}.")
     return " ".join([*sentences, "Drag over a stretch to zoom in both plots."])
 
 
@@ -92,19 +109,18 @@ def _hatched(view: LoopView, name: str, mask: NDArray[np.bool_], axes: list[str]
     for first, last in longest:
         left, right = float(view.time[first]) - half, float(view.time[last - 1]) + half
         x += [left, left, right, right, left, np.nan]
+    pattern = {"shape": HATCHES.get(name, "+"), "fgcolor": "rgba(90,98,112,0.45)", "size": 7, "solidity": 0.12}
     trace: dict[str, Any] = {
         "type": "scatter",
         "mode": "lines",
         "x": np.array(x),
         "y": np.array([0.0, 1.0, 1.0, 0.0, 0.0, np.nan] * len(longest)),
         "fill": "toself",
-        "fillcolor": "rgba(90,98,112,0.06)",
-        "fillpattern": {
-            "shape": HATCHES.get(name, "+"),
-            "fgcolor": "rgba(90,98,112,0.45)",
-            "size": 7,
-            "solidity": 0.12,
-        },
+        **(
+            {"fillcolor": "rgba(193,83,27,0.22)"}
+            if name == RESTING
+            else {"fillcolor": "rgba(90,98,112,0.06)", "fillpattern": pattern}
+        ),
         "line": {"width": 0},
         "name": name,
         "hoverinfo": "skip",

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.diagnosis.loop_state import HEADLINES, describe_state
+from stiction.display.finding_words import can_wait
 from stiction.report import figures, labels
 from stiction.report.blocks import (
     Block,
@@ -122,13 +123,18 @@ def _facts(diagnosis: Diagnosis) -> list[tuple[str, str]]:
     if diagnosis.loop_state.in_control:
         if diagnosis.verdict == "no_stiction" and diagnosis.S_detectable is not None:
             facts.append(("Stiction that would have shown", f"above {diagnosis.S_detectable:.1f} {record.op_unit}"))
-        facts.append((f"Main {labels.cause_title(diagnosis)}", labels.cause_label(diagnosis)))
+        if oscillation.oscillating or diagnosis.cause != "none":
+            facts.append((f"Main {labels.cause_title(diagnosis)}", labels.cause_label(diagnosis)))
     if identification is not None:
         sticky, good = (
             labels.format_number(identification.fit, "%", 2),
             labels.format_number(identification.fit_linear, "%", 2),
         )
         facts.append(("PV explained, sticky / good valve", f"{sticky} / {good}"))
+    test = diagnosis.valve_test
+    if test is not None and "follows" not in diagnosis.settings:
+        waits = can_wait(diagnosis.finding, oscillating=oscillation.oscillating)
+        facts.append(("Test, if you want to know" if waits else "Plan of the test", test.command))
     return facts
 
 

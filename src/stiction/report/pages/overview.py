@@ -8,7 +8,7 @@ import numpy as np
 
 from stiction.report import labels
 from stiction.report.blocks import Cell, StatusIcon, Table
-from stiction.report.figures import sparkline
+from stiction.report.figures.sparkline import SPARK_HALF_RANGE, recent_swing, sparkline
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -47,7 +47,7 @@ def overview(diagnoses: Sequence[Diagnosis], failures: Sequence[tuple[str, str]]
     percent = any(diagnosis.record.op_in_percent for diagnosis in diagnoses)
     S, OP = ("S [% of span]", "OP\u00a0± [%]") if percent else ("S", "OP\u00a0±")
     return Table(
-        ["Loop", "Finding", "Probability", S, "Period", OP, "Data", "Trend of PV", "What to do"],
+        ["Loop", "Finding", "Probability", S, "Period", OP, "Data", "Trend of OP", "What to do"],
         rows,
         "Worst first, S with its 95 % interval.",
         sortable=True,
@@ -64,7 +64,7 @@ def _row(k: int, name: str, diagnosis: Diagnosis) -> list[Cell]:
     finding = labels.finding_line(diagnosis)
     order = f"{_RANK[diagnosis.verdict]} {finding}"
     data, data_icon = _data_quality(diagnosis)
-    trend = record.op if record.pv is None else record.pv
+    scale = SPARK_HALF_RANGE if percent else None
     period = swing = probability = EMPTY_CELL
     if diagnosis.loop_state.in_control:
         probability = Cell(labels.format_probability(diagnosis.probability), sort=_finite(diagnosis.probability))
@@ -82,7 +82,7 @@ def _row(k: int, name: str, diagnosis: Diagnosis) -> list[Cell]:
         period,
         swing,
         Cell(data, mark=data_icon),
-        Cell(sparkline(trend, "trend of the PV")),
+        Cell(sparkline(recent_swing(record.op, record.dt), "trend of OP", scale)),
         Cell(diagnosis.action),
     ]
 

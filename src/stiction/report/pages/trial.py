@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from stiction.compensation.prediction_text import format_settings
+from stiction.compensation.recommend import travel_ratio, wears_too_much
 from stiction.compensation.remedies import NO_ACTION, REPAIR, RETUNING
 from stiction.report import figures, labels
 from stiction.report.blocks import Block, Cell, Collapsible, Heading, Headline, Sheet, StatusIcon, Table, Text
@@ -172,13 +173,16 @@ def why_not_cheaper(trial: CompensationTrial) -> list[str]:
     """Say of each remedy that costs less than the recommended one why it is not recommended."""
     if trial.recommended is None:
         return []
-    best = trial[trial.recommended]
+    best, now = trial[trial.recommended], trial[NO_ACTION].behaviour
     lines = []
     for one in trial.remedies:
         if one.cost >= best.cost or one.name == NO_ACTION:
             continue
         if not one.at_hand:
             why = "waits for the shutdown"
+        elif wears_too_much(one.behaviour, now, max_travel=trial.max_travel):
+            times = labels.format_number(travel_ratio(one.behaviour, now), significant=2)
+            why = f"moves the stem {times} times as far as now, more than {trial.max_travel:g} times"
         elif one.hurts:
             why = f"raises the PV deviation to {one.worst:.2f} times the present one if S and J are wrong by 30 %"
         elif one.improvement <= 0.0:

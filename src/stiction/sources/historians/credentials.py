@@ -71,7 +71,7 @@ def _from_file(path: Path, host: str) -> Credentials:
     if not path.is_file():
         return Credentials()
     if os.name == "posix" and path.stat().st_mode & (stat.S_IRWXG | stat.S_IRWXO):
-        raise RecordError(f"others than you can read the passwords; run chmod 600 {path}.", where=path)
+        raise RecordError(f"other users can read the passwords; run chmod 600 {path}.", where=path)
     try:
         stored = tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     from asyncua.client.client import Client
 
-__all__ = ["LOST_VALUES", "subscribe"]
+__all__ = ["LOST_VALUES", "missing_nodes", "subscribe"]
 
 ITEMS_PER_CALL = 500
 """Variables that are subscribed to with one call [-]."""
@@ -88,3 +88,16 @@ async def subscribe(
         results = await subscription.create_monitored_items(requests)
         refused |= {node: one.name for (_, node), one in zip(chunk, results, strict=True) if hasattr(one, "name")}
     return refused
+
+
+async def missing_nodes(client: Client, nodes: Sequence[str]) -> dict[str, str]:
+    """Variables that the server does not have, or no longer has -> its status code."""
+    ua = import_extra("asyncua.ua", "live")
+    missing: dict[str, str] = {}
+    for chunk in chunks(nodes, ITEMS_PER_CALL):
+        read = [client.get_node(node) for node in chunk]
+        results = await client.read_attributes(read, ua.AttributeIds.NodeClass)
+        for node, one in zip(chunk, results, strict=True):
+            if one.StatusCode is not None and not one.StatusCode.is_good():
+                missing[node] = one.StatusCode.name
+    return missing

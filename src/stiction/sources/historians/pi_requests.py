@@ -102,7 +102,8 @@ class PiRequests:
             body = None
         said = "; ".join(error_texts(body))[:300]
         if status in (413, 414) or (status == 400 and ("maximum" in said.lower() or "exceed" in said.lower())):
-            raise RequestTooLargeError(f"refuses a request for its size ({said or status})", where=self.address.url)
+            text = f"refuses the request, because it is too large ({said or status})"
+            raise RequestTooLargeError(text, where=self.address.url)
         if status not in (200, 207):
             reason = said or answer.reason_phrase
             raise RecordError(f"answers with {status} ({reason}); check the address.", where=self.address.url)

@@ -118,7 +118,8 @@ def _row(cells: dict[str, str], place: str, delimiter: str) -> MapRow:
         raise RecordError(f"{given}; give the values at 0 % and at 100 %.", where=place)
     texts = {name: cells.get(name, "") for name in ("unit", "area", "master", "importance", "good")}
     if (good := texts["good"]) and not role.endswith("quality"):
-        raise RecordError(f"good = {good!r} stands at the role {role!r}; give it to a quality column.", where=place)
+        text = f"good = {good!r} is given for a column of the role {role!r}; give it for a quality column."
+        raise RecordError(text, where=place)
     return MapRow(cells["tag"], cells["loop"], role, **texts, low=ends.get("low"), high=ends.get("high"), place=place)
 
 

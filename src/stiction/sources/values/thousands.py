@@ -72,11 +72,12 @@ def refuse_ambiguous_thousands(
         return
     largest_whole = numbers[int(np.argmax(np.where(has_mark.to_numpy(), -1.0, size)))]
     raise RecordError(
-        f"the column has {largest_whole!r} and {marked[0]!r}, and {decimal!r} may separate thousands",
+        f"the column has {largest_whole!r} and {marked[0]!r}, so {decimal!r} may be the decimal mark or separate "
+        "thousands",
         remedy=(
             "give ",
             Setting("decimal", _OTHER_MARK[decimal]),
-            " if it does, ",
+            " if it separates thousands, ",
             Setting("decimal", decimal),
             " if it is the decimal mark",
         ),

@@ -7,19 +7,20 @@ const SHOWN = 150;
 const WIDTH = 130;
 const HEIGHT = 30;
 
-/** A small line; gaps stay gaps. `label` is for screen readers. */
-export function sparkline(values, label, width = WIDTH, height = HEIGHT) {
+/** A small line; gaps stay gaps. `label` is for screen readers; with `half` the scale goes from -half to +half. */
+export function sparkline(values, label, width = WIDTH, height = HEIGHT, half = 0) {
   const known = (values ?? []).filter((value) => value !== null);
   if (!known.length) return h("span", { class: "note" }, "no numbers");
-  const low = Math.min(...known);
-  const range = Math.max(...known) - low || 1;
+  const low = half ? -half : Math.min(...known);
+  const range = half ? 2 * half : Math.max(...known) - low || 1;
   let path = "";
   let isDown = false;
   values.forEach((value, k) => {
     if (value === null) isDown = false;
     else {
       const x = 1 + (k / Math.max(1, values.length - 1)) * (width - 2);
-      path += `${isDown ? "L" : "M"}${x.toFixed(1)} ${(height - 2 - ((value - low) / range) * (height - 4)).toFixed(1)}`;
+      const level = Math.min(1, Math.max(0, (value - low) / range));
+      path += `${isDown ? "L" : "M"}${x.toFixed(1)} ${(height - 2 - level * (height - 4)).toFixed(1)}`;
       isDown = true;
     }
   });

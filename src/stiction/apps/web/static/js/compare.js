@@ -41,14 +41,15 @@ export async function render(root, { parts, signal }) {
   return null;
 }
 
+const priority = (value) => (Number.isFinite(value) ? value.toFixed(2) : "–");
 const day = (text) => (text ? clockTime(text) : "unknown date");
 
 function line(row, setId, largest) {
   return h("tr", {},
-    h("td", {}, row.key === null ? row.tag : h("a", { href: `#/loop/${setId}/${row.key}` }, row.tag)),
+    h("td", { class: "tag" }, row.key === null ? row.tag : h("a", { href: `#/loop/${setId}/${row.key}` }, row.tag)),
     h("td", {}, chip(...CHANGES[row.change])), h("td", {}, row.why), h("td", {}, row.finding_text_before || "–"), h("td", {}, row.finding_text || "–"),
-    h("td", { class: "number" }, number(row.S_before, "%")), h("td", { class: "number" }, number(row.S, "%")), h("td", {}, intervals(row, largest)),
-    h("td", { class: "number" }, number(row.priority_before)), h("td", { class: "number" }, number(row.priority)));
+    h("td", { class: "number" }, number(row.S_before, "%", 2)), h("td", { class: "number" }, number(row.S, "%", 2)), h("td", {}, intervals(row, largest)),
+    h("td", { class: "number" }, priority(row.priority_before)), h("td", { class: "number" }, priority(row.priority)));
 }
 
 /** S before (above) and now (below) with their intervals; all rows have one scale, from 0 to `largest`. */

@@ -32,9 +32,9 @@ export function problem(text) {
 }
 
 /** A number with three significant digits; a dash when it is not known. */
-export function number(value, unit = "") {
+export function number(value, unit = "", digits = 3) {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";
-  const text = Math.abs(value) >= 1000 ? Math.round(value).toString() : Number(value.toPrecision(3)).toString();
+  const text = Math.abs(value) >= 1000 ? Math.round(value).toString() : Number(value.toPrecision(digits)).toString();
   return unit ? `${text}\u00a0${unit}` : text;
 }
 

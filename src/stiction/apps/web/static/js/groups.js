@@ -32,7 +32,7 @@ export async function render(root, { parts, signal }) {
 }
 
 function groupCard(group, setId, destroy) {
-  const colors = new Map(group.members.map((one, k) => [one.key, COLORS[k % COLORS.length]]));
+  const colors = new Map(group.members.map((one, k) => [one.tag, COLORS[k % COLORS.length]]));
   const byTag = new Map(group.members.map((one) => [one.tag, one]));
   const loopLink = (tag) => (byTag.has(tag) ? h("a", { href: `#/loop/${setId}/${byTag.get(tag).key}` }, tag) : tag);
   const roots = group.leading_roots;
@@ -56,33 +56,34 @@ function followerMap(group, loopLink) {
   const followers = group.members.filter((one) => !sources.has(one.tag));
   if (!followers.length) return null;
   return h("div", { class: "source-map" },
-    h("div", { class: "map-source" }, group.leading_roots.map((tag) => h("span", { class: "map-loop" }, loopLink(tag)))),
-    h("ul", { class: "map-followers" }, followers.map((one) => h("li", {}, h("span", { class: "map-loop" }, loopLink(one.tag)), " ", h("span", { class: "note" }, one.through)))));
+    h("div", { class: "map-source" }, group.leading_roots.map((tag) => h("div", {}, h("span", { class: "map-loop" }, loopLink(tag)), " ", h("span", { class: "note" }, byTag(group, tag)?.since ?? "")))),
+    h("ul", { class: "map-followers" }, followers.map((one) => h("li", {}, h("span", { class: "map-loop" }, loopLink(one.tag)), " ", h("span", { class: "note" }, [one.through, one.since].filter(Boolean).join("; "))))));
 }
+
+const byTag = (group, tag) => group.members.find((one) => one.tag === tag);
 
 function named(words, tags) {
   return tags?.length ? h("p", { class: "note" }, words, tags.slice(0, 20).join(", "), tags.length > 20 ? ` and ${tags.length - 20} more` : "") : null;
 }
 
 function stackedTrends(group, colors, loopLink) {
-  const drawn = group.members.filter((one) => String(one.key) in group.trends);
+  const drawn = group.members.filter((one) => one.tag in group.trends);
   const lines = drawn.map((one) => {
-    const values = group.trends[one.key];
-    const points = values.map((value, k) => (value === null ? "" : `${((k / Math.max(1, values.length - 1)) * WIDTH).toFixed(1)},${(ROW_HEIGHT / 2 - value * (ROW_HEIGHT - 8)).toFixed(1)}`)).join(" ");
-    const line = svg("polyline", { points, class: `stack-${colors.get(one.key)}` });
+    const [at, values] = group.trends[one.tag];
+    const points = values.map((value, k) => `${(at[k] * WIDTH).toFixed(1)},${(ROW_HEIGHT / 2 - value * (ROW_HEIGHT - 8)).toFixed(1)}`).join(" ");
+    const line = svg("polyline", { points, class: `stack-${colors.get(one.tag)}` });
     return h("div", { class: "stack-row" }, h("span", { class: "stack-name" }, loopLink(one.tag)), svg("svg", { viewBox: `0 0 ${WIDTH} ${ROW_HEIGHT}`, preserveAspectRatio: "none", "aria-hidden": "true" }, line));
   });
-  const last = group.time.at(-1);
-  return h("figure", { class: "plot" }, h("h3", {}, "Trends in phase order"), h("div", { class: "stack" }, lines),
-    h("figcaption", {}, `${counted(drawn.length, "loop")} over ${duration(last)}, each over its own range; the earliest in phase on top. All repeat every ${duration(group.period_s)}.`));
+  return h("figure", { class: "plot" }, h("h3", {}, "Trends"), h("div", { class: "stack" }, lines),
+    h("figcaption", {}, `${counted(drawn.length, "loop")} over ${duration(group.shown_s)}, the likeliest source first, each over its own range. All repeat every ${duration(group.period_s)}.`));
 }
 
 function spectra(group, colors, destroy) {
-  const drawn = group.members.filter((one) => String(one.key) in group.spectra).slice(0, COLORS.length);
+  const drawn = group.members.filter((one) => one.tag in group.spectra).slice(0, COLORS.length);
   const plot = xyPlot({
     title: "Spectra",
     sentence: `Amplitude over frequency, the largest of each loop is 1. All have a peak at 1, a period of ${duration(group.period_s)}; peaks at 3 and 5 point to a sticky valve.`,
-    curves: drawn.map((one) => ({ name: one.tag, x: group.spectra[one.key].ratio, y: group.spectra[one.key].level, color: colors.get(one.key), width: 1.4 })),
+    curves: drawn.map((one) => ({ name: one.tag, x: group.spectra[one.tag][0], y: group.spectra[one.tag][1], color: colors.get(one.tag), width: 1.4 })),
     xLabel: "Frequency / frequency of the group [-]",
     yLabel: "Amplitude [-]",
     xRange: [0, 6],

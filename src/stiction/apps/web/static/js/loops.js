@@ -11,6 +11,8 @@ export const title = "Loops";
 const POLL_MS = 700;
 const SLOW_POLL_MS = 4000;
 const TYPING_MS = 40;
+/** Scale of the small trends of OP [% of span]; as SPARK_HALF_RANGE of the report. */
+const SPARK_HALF = 10;
 const RANKS = { alert: 0, unknown: 1, plain: 2, good: 3 };
 const LEVELS = { alert: "Fault of the loop", unknown: "Open question", plain: "Cause elsewhere", good: "Nothing found" };
 const memory = new Map();
@@ -30,15 +32,15 @@ function columnsOf(setId, all, sparks) {
   const exported = { isExportOnly: true };
   const allPercent = all.every((row) => (row.op_unit ?? "% of span") === "% of span");
   const columns = [
-    { name: "tag", label: "Loop", value: (row) => row.tag, cell: (row) => h("a", { href: `#/loop/${setId}/${row.key}` }, row.tag), className: "tag", width: "15%" },
-    has("area") && text("area", "Area", (row) => row.area, { width: "8%" }),
-    { name: "finding", label: "Finding", value: findingRank, text: findingWord, cell: (row) => chip(row.level ?? "plain", findingWord(row)), className: "finding", width: "19%" },
-    text("next", "Next step", stepWord, { className: "long", width: "26%" }),
-    numeric("S", allPercent ? "S [%]" : "S", "Deadband plus stickband", { width: "6%" }),
+    { name: "tag", label: "Loop", value: (row) => row.tag, cell: (row) => h("a", { href: `#/loop/${setId}/${row.key}` }, row.tag), className: "tag", width: "14%" },
+    has("area") && text("area", "Area", (row) => row.area, { width: "7%" }),
+    { name: "finding", label: "Finding", value: findingRank, text: findingWord, cell: (row) => chip(row.level ?? "plain", findingWord(row)), className: "finding", width: "18%" },
+    text("next", "Next step", stepWord, { className: "long", width: "34%" }),
+    numeric("S", allPercent ? "S [%]" : "S", "Deadband plus stickband", { width: "5%" }),
     numeric("period_s", "Period", "Period of the oscillation", { width: "7%" }),
     has("priority") && { ...numeric("priority", "Priority", "Severity times the probability of a fault, with the severity of the loops that follow"), width: "7%", cell: (row) => h("span", { title: row.priority_reason ?? "" }, row.texts?.priority ?? "–") },
-    { name: "spark", label: "PV trend", value: () => null, cell: (row) => trendCell(row, sparks), isPicture: true, width: "9%", className: "picture" },
-    { name: "label", label: "Note", value: (row) => row.label ?? "", cell: (row) => (row.label ? chip("plain", row.label) : ""), width: "9%", className: "label" },
+    { name: "spark", label: "OP trend", hint: `The last two hours of OP about its mean, ±${SPARK_HALF} % of span in every row`, value: () => null, cell: (row) => trendCell(row, sparks), isPicture: true, width: "9%", className: "picture" },
+    has("label") && { name: "label", label: "Note", value: (row) => row.label ?? "", cell: (row) => (row.label ? chip("plain", row.label) : ""), width: "9%", className: "label" },
     new Set(all.map((row) => row.source)).size > 1 && text("source", "File", (row) => row.source, { width: "9%", className: "file" }),
     text("verdict", "Verdict", (row) => verdictWord(row)[1], exported),
     numeric("probability", "Probability", "Probability of stiction", exported),
@@ -52,7 +54,8 @@ function columnsOf(setId, all, sparks) {
 
 function trendCell(row, sparks) {
   const values = row.spark ?? sparks.get(row.key);
-  return values ? sparkline(values, `PV trend of ${row.tag}`, 110, 28) : "";
+  const isPercent = (row.op_unit ?? "% of span") === "% of span";
+  return values ? sparkline(values, `Trend of OP of ${row.tag}`, 110, 28, isPercent ? SPARK_HALF : 0) : "";
 }
 
 export async function render(root, { parts, signal }) {

@@ -49,7 +49,7 @@ function figure(block) {
     }),
   );
   return {
-    element: h("div", { class: "report-figure" }, h("h4", {}, block.title), plots.map((plot) => plot.figure)),
+    element: h("div", { class: "report-figure" }, h("h3", {}, block.title), plots.map((plot) => plot.figure)),
     destroy: () => plots.forEach((plot) => plot.destroy()),
   };
 }
@@ -69,7 +69,7 @@ function bars({ title, caption, x_label, names, x, text }) {
   };
   const rows = names.map((name, k) => h("tr", {}, h("th", { scope: "row" }, name), h("td", {}, bar(x[k])), h("td", { class: "number" }, text[k])));
   const head = h("tr", {}, h("td", {}), h("th", { scope: "col", class: "number", colSpan: 2 }, x_label));
-  return h("div", { class: "report-figure" }, h("h4", {}, title), h("table", { class: "bars" }, h("thead", {}, head), h("tbody", {}, rows)), h("p", { class: "caption" }, caption));
+  return h("div", { class: "report-figure" }, h("h3", {}, title), h("table", { class: "bars" }, h("thead", {}, head), h("tbody", {}, rows)), h("p", { class: "caption" }, caption));
 }
 
 /** The finding on a loop; `tools` are buttons beside its name. */

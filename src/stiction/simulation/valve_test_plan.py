@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stiction.display.duration_format import format_seconds
 from stiction.display.json_form import Result
 from stiction.errors import ParameterError, require_finite
 from stiction.records.atomic_write import write_atomically
@@ -24,7 +25,7 @@ __all__ = ["TestPlan", "require_range_in_span"]
 class TestPlan(Result):
     """The OP of a valve test, sample by sample."""
 
-    _json_keys = ("kind", "dt as dt_s", "duration as duration_s", "start", "upset", "notes", "settings")
+    _json_keys = ("kind", "dt as dt_s", "duration as duration_s", "start", "upset", "command", "notes", "settings")
 
     kind: str
     """`ramp test` or `step test`."""
@@ -44,6 +45,15 @@ class TestPlan(Result):
     __test__ = False
 
     @property
+    def command(self) -> str:
+        """Command line that writes this plan."""
+        names = {"fine_step": "fine-step", "fine_range": "fine-range", "hold": "wait"}
+        options = {names.get(name, name): value for name, value in self.settings.items()}
+        options = {name: value for name, value in options.items() if (name, value) != ("repeats", 1)}
+        words = [f"--{name} {_format_option(value)}" for name, value in options.items() if value is not None]
+        return f"stiction valve-test plan {self.kind.split()[0]} {' '.join(words)} --dt {self.dt:.9g}"
+
+    @property
     def time(self) -> NDArray[np.float64]:
         """Time of each sample [s], shape (n_samples,)."""
         return np.arange(self.op.size, dtype=np.float64) * self.dt
@@ -56,7 +66,7 @@ class TestPlan(Result):
     def summary(self) -> str:
         """Summary of the plan in words."""
         head = (
-            f"{self.kind.capitalize()}: {_format_duration(self.duration)} in manual, OP from {self.op.min():g} to "
+            f"{self.kind.capitalize()}: {format_seconds(self.duration)} in manual, OP from {self.op.min():g} to "
             f"{self.op.max():g} %, at most {self.upset:g} % from its start at {self.start:g} %."
         )
         return "\n".join([head, *self.notes])
@@ -70,6 +80,10 @@ class TestPlan(Result):
         return write_atomically("\n".join(["time_s,OP", *rows, ""]), path)
 
 
+def _format_option(value: float | list[float]) -> str:
+    return " ".join(f"{one:.9g}" for one in (value if isinstance(value, list) else [value]))
+
+
 def require_range_in_span(low: float, high: float, names: tuple[str, str] = ("low", "high")) -> tuple[float, float]:
     """Return (low, high) as numbers with 0 <= low < high <= 100, or raise when they are not."""
     low, high = require_finite(names[0], low, "% of span"), require_finite(names[1], high, "% of span")
@@ -79,8 +93,3 @@ def require_range_in_span(low: float, high: float, names: tuple[str, str] = ("lo
             f"give 0 <= {names[0]} < {names[1]} <= 100."
         )
     return low, high
-
-
-def _format_duration(seconds: float) -> str:
-    minutes = round(seconds / 60.0)
-    return f"{minutes // 60} h {minutes % 60:02d} min" if minutes >= 60 else f"{seconds / 60.0:.3g} min"

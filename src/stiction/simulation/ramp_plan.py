@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.errors import ParameterError, require_count, require_not_negative, require_positive, require_samples
-from stiction.valvetests.plan import TestPlan, require_range_in_span
+from stiction.simulation.valve_test_plan import TestPlan, require_range_in_span
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -71,7 +71,7 @@ def plan_ramp_test(
     >>> import stiction as st
     >>> plan = st.plan_ramp_test(5.0, 15.0, rates=[0.0667, 0.0167, 0.0125, 0.01])
     >>> print(plan.summary().splitlines()[0])
-    Ramp test: 1 h 34 min in manual, OP from 5 to 15 %, at most 10 % from its start at 5 %.
+    Ramp test: 94 min in manual, OP from 5 to 15 %, at most 10 % from its start at 5 %.
     """
     low, high = require_range_in_span(low, high)
     if (threshold is None) == (rates is None):
@@ -117,13 +117,14 @@ def plan_ramp_test(
     upset = max(abs(high - begin), abs(low - begin))
     listed = ", ".join(f"{speed:.3g}" for speed in speeds)
     notes = (
-        f"Rates {listed} %/s, each {repeats} time{'s' if repeats > 1 else ''} up and down, with {wait:g} s of rest.",
+        f"Rate{'s' if len(speeds) > 1 else ''} {listed} %/s, {'once' if repeats == 1 else f'{repeats} times'} up and "
+        f"down{' at each' if len(speeds) > 1 else ''}, with {wait:g} s of rest.",
         "Record OP and the valve position at every sample; without a position signal, record a flow.",
-        f"The test shows r between two of these rates, and a deadband plus stickband of up to "
-        f"{0.5 * (high - low):g} %.",
+        f"The test shows a deadband plus stickband of up to {0.5 * (high - low):g} %"
+        f"{', and r between two of these rates' if len(speeds) > 1 else ''}.",
     )
     settings = {
-        "low": low, "high": high, "rates": speeds, "threshold": threshold, "wait": wait, "S": S, "repeats": repeats,
+        "low": low, "high": high, "rates": speeds, "start": begin, "wait": wait, "repeats": repeats,
     }  # fmt: skip
     return TestPlan("ramp test", dt, np.concatenate(parts), begin, upset, notes, settings)
 

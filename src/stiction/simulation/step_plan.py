@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.errors import ParameterError, require_finite, require_not_negative, require_positive, require_samples
-from stiction.valvetests.plan import TestPlan
+from stiction.simulation.valve_test_plan import TestPlan
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
