@@ -35,7 +35,7 @@ UNKNOWABLE = {
 """Cause -> kinds that do not count for it: it is there in part, or another name for what is."""
 MISSED_WEIGHT = 0.3
 """Weight of a valve that sticks or has play and looks good in the model of the unseen valve [-]."""
-MISSED = {"unseen": 0.02, "position": 0.1}
+MISSED = {"unseen": 0.02, "position": 0.15}
 """Share that may be called good, of loops that are not trained on: of valves whose stem does not move, and of sticky
 ones whose position is recorded as OP [-]."""
 OTHERS = ("unseen", "stuck", "position")
@@ -48,7 +48,7 @@ LIMITS = np.arange(0.3, 0.91, 0.02).round(2)
 """Probabilities from which a cause may be named [-]."""
 SHOWN = 0.9
 """Share of the sticky valves with S above `S_detectable` that must not be called good, of loops not trained on [-]."""
-EVIDENCE = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 10.0, 20.0)
+EVIDENCE = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 10.0, 20.0)
 """Evidence predicted of a valve of size `S_detectable`, of which the least that is enough is taken [-]."""
 FOLDS = 4
 """Parts of the loops; each is judged by models trained on the others [-]."""

@@ -14,6 +14,8 @@ __all__ = ["OpAnswer", "find_answer"]
 
 LAGS, DELAYS = (0.0, 2.0, 5.0, 12.0, 30.0), (1, 2, 3, 5, 8, 12)
 """Time constants and dead times of the answers [samples]."""
+GONE = 15.0
+"""Time constants after which an answer has gone [-]."""
 MIN_OWN = 1e-6
 """Share of an answer that what is known beside it must leave [-]."""
 
@@ -24,16 +26,27 @@ the other sign, over none [-]. A stem that does not move has either by chance.""
 
 def answers(op: NDArray[np.float64], first: int) -> NDArray[np.float64]:
     """First-order answers to OP from sample `first` on, shape (n_answers, n_samples - first)."""
-    from scipy.signal import lfilter
-
     away = op - op[0]
     padded = np.zeros(max(DELAYS) + op.size)
     found = []
     for lag in LAGS:
-        kept = math.exp(-1.0 / lag) if lag else 0.0
-        padded[max(DELAYS) :] = lfilter([1.0 - kept], [1.0, -kept], away)
+        padded[max(DELAYS) :] = np.convolve(away, first_order(lag))[: op.size]
         found += [padded[max(DELAYS) - delay + first : padded.size - delay].copy() for delay in DELAYS]
     return np.array(found)
+
+
+def first_order(lag: float) -> NDArray[np.float64]:
+    """Answer of a first-order lag to an impulse, until it has gone [-]; `lag` in samples.
+
+    Examples
+    --------
+    >>> first_order(0.0), first_order(2.0)[:2].round(3), round(float(first_order(2.0).sum()), 4)
+    (array([1.]), array([0.393, 0.239]), 1.0)
+    """
+    if lag == 0.0:
+        return np.ones(1)
+    kept = math.exp(-1.0 / lag)
+    return (1.0 - kept) * kept ** np.arange(math.ceil(GONE * lag))
 
 
 def find_answer(
