@@ -49,6 +49,18 @@ def recorded_loop(number: int) -> st.LoopRecord:
     )  # fmt: skip
 
 
+def test_a_given_period_and_other_models_take_the_window_that_stands_for_a_long_record():
+    loop = st.Loop(st.PID(0.2, 10.0), st.Kano(4.0, 2.0), st.FOPDT(2.0, 10.0, 8.0), dt=1.0, noise=0.1)
+    load = np.convolve(np.random.default_rng(3).normal(0.0, 2.0, 10400), np.full(40, 0.1), "same")
+    record = replace(st.simulate(loop, 10.0, 10400.0, load, 3, loop_type="flow"), mv=None)
+    found = st.diagnose(record, methods=False)
+    part, period = found.segment.record, found.segment.period
+    assert len(found.windows) == 2
+    assert len(part) < len(record)
+    assert st.identify(record, period=period).S == st.identify(part, period=period).S
+    assert st.compare_models(record).models == st.compare_models(part).models
+
+
 def check_one_answer(record: st.LoopRecord) -> str:
     """Compare the surfaces of one record; return its loop state."""
     found = st.diagnose(record)

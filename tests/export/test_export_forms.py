@@ -92,6 +92,13 @@ def test_modelica_block_calls_the_kernel(tmp_path):
 
 
 @pytest.mark.parametrize("form", WRITERS)
+@pytest.mark.parametrize("path", [None, 3, b"x", "a" * 300, "x\0y", "\ud800"], ids=repr)
+def test_what_is_no_path_is_refused(form, path):
+    with pytest.raises(st.StictionError, match=r"is no path to write to|is not a name"):
+        WRITERS[form](st.Kano(5.0, 2.0), path, dt=1.0)
+
+
+@pytest.mark.parametrize("form", WRITERS)
 def test_a_path_that_exists_is_left_alone(form, tmp_path):
     target = tmp_path / "kept"
     target.write_text("mine")
@@ -114,6 +121,8 @@ def test_c_files_that_exist_are_left_alone(tmp_path):
         ({}, "dt is missing"),
         ({"dt": 1.0, "name": "while"}, "is reserved"),
         ({"dt": 1.0, "name": "math"}, "is reserved"),
+        ({"dt": 1.0, "name": "Real"}, "is reserved"),
+        ({"dt": 1.0, "name": 3}, "is not a name"),
         ({"dt": 1.0, "name": "1kano"}, "is not a name"),
         ({"dt": 1.0, "fmi": "1.0"}, "use '2.0' or '3.0'"),
     ],

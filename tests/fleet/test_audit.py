@@ -332,6 +332,17 @@ def test_compare_and_labels(found, copy):
     changes = {one["tag"]: one["change"] for one in compare_audits(healed, found)}
     assert changes[sticky[0]] == "gone"
     assert {one["tag"]: one["change"] for one in compare_audits(found, healed)}[sticky[0]] == "new"
+    repair = {
+        "time": "2026-04-03T00:00:00",
+        "time_s": 0.0,
+        "kind": "repair",
+        "S_before": 4.1,
+        "S_after": 0.5,
+        "probability": 0.9,
+    }
+    repaired = with_row(healed, sticky[0], history=(repair,))
+    whys = {one["tag"]: one["why"] for one in compare_audits(repaired, found)}
+    assert whys[sticky[0]].endswith("Repaired about 2026-04-03 00:00: S was 4.1 %, and is below 0.5 % since.")
     worse = with_row(audit, sticky[1], S=90.0, S_low=80.0, S_high=95.0)
     assert {one["tag"]: one["change"] for one in compare_audits(worse, found)}[sticky[1]] == "worse"
     assert confirmed_share(audit)["precision"] is None

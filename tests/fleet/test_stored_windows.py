@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from datetime import datetime
+from datetime import datetime, timedelta
 
 import numpy as np
 import pytest
 
 import stiction as st
+from fleet.in_process_audit import audits_in_this_process
 from stiction.diagnosis.evidence import version
 from stiction.fleet.ledger import Ledger, sqlite_url
 
@@ -61,3 +62,45 @@ def test_windows_of_other_models_are_judged_again_or_counted(nightly, record, mo
     [known] = ledger.read_windows(options, version.judging_version()).values()
     assert len(known.windows) == 3
     ledger.close()
+
+
+NIGHTS, DT = 30, 160.0
+
+
+def draw_month(number: int) -> st.LoopRecord:
+    """Thirty days of a loop at as few samples as windows allow; every third valve sticks, some from day 12 on."""
+    rng = np.random.default_rng([57, number])
+    n = round(NIGHTS * 86400.0 / DT)
+    S = float(rng.uniform(2.0, 6.0)) if number % 3 == 0 or number % 5 == 0 else 0.0
+    tau = DT * float(rng.uniform(4.0, 15.0))
+    load = np.convolve(rng.normal(0.0, float(rng.uniform(0.5, 2.0)), n), np.full(10, 0.3), "same")
+    parts = []
+    for first, last, size in ((0, 2 * n // 5, S * (number % 3 == 0)), (2 * n // 5, n, S)):
+        valve = st.Kano(size, 0.5 * size) if size else st.Ideal()
+        loop = st.Loop(st.PID(0.3, tau), valve, st.FOPDT(2.0, tau, 0.5 * tau), dt=DT, noise=0.05)
+        part = st.simulate(loop, 10.0, (last - first) * DT, load[first:last], number, loop_type="flow")
+        parts.append(part.window(0, last - first))
+    signals = {name: np.concatenate([getattr(part, name) for part in parts]) for name in ("op", "pv", "sp")}
+    return st.LoopRecord(f"FIC-{number:03d}", DT, **signals, loop_type="flow", start=datetime(2026, 3, 1))
+
+
+@pytest.mark.slow
+def test_thirty_nights_of_200_loops_end_like_one_run(tmp_path):
+    source = tmp_path / "source"
+    source.mkdir()
+    for number in range(200):
+        draw_month(number).to_parquet(source / f"{number}.parquet")
+    with audits_in_this_process():
+        for night in range(1, NIGHTS + 1):
+            since = {"since": "last"} if night > 1 else {}
+            until = (datetime(2026, 3, 1) + timedelta(days=night)).isoformat()
+            nightly = st.audit(source, tmp_path / "nightly", workers=1, until=until, **since)
+        once = st.audit(source, tmp_path / "once", workers=1)
+    rows, others = ({row.tag: row for row in audit.rows} for audit in (nightly, once))
+    assert len(rows) == 200
+    assert rows.keys() == others.keys()
+    for tag, row in rows.items():
+        assert (row.verdict, row.windows) == (others[tag].verdict, others[tag].windows)
+        assert row.probability == pytest.approx(others[tag].probability, abs=1e-6)
+    assert {row.windows for row in rows.values()} == {16}  # of two days, the first half on the grid
+    assert {row.verdict for row in rows.values()} >= {"stiction", "no_stiction"}

@@ -1,6 +1,5 @@
 """``stiction export``: write a model for another simulator."""
 
-from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
@@ -53,7 +52,7 @@ def export(
     from stiction.apps.output import print_json, print_out
     from stiction.apps.parse_model import parse_valve_or_compensator
     from stiction.errors import ParameterError
-    from stiction.records.atomic_write import require_new_file
+    from stiction.records.atomic_write import output_path, require_new_file
 
     asked = {"fmu": fmu, "c": c, "modelica": modelica, "matlab": matlab}
     asked = {form: path for form, path in asked.items() if path is not None}
@@ -62,7 +61,7 @@ def export(
             "there is nothing to write; give --fmu FILE, --c FOLDER, --modelica FILE or --matlab FILE."
         )
     made = parse_valve_or_compensator(",".join([model if ":" in model else f"{model}:", *parameter]).replace(":,", ":"))
-    places = [Path(path).resolve() for path in asked.values()]
+    places = [output_path(path).resolve() for path in asked.values()]
     if len(set(places)) < len(places):
         raise ParameterError("two options name the same path; give each form a path of its own.")
     for form, path in asked.items():

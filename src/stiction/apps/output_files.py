@@ -5,12 +5,13 @@ from __future__ import annotations
 import re
 import sys
 import tempfile
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stiction.errors import RecordError
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from stiction.records import LoopRecord
 
 __all__ = [
@@ -41,9 +42,9 @@ def check_target(path: str) -> Path:
     RecordError
         When the folder is missing or cannot be written to, or the path is a folder.
     """
-    from stiction.records.atomic_write import require_file_path, unwritable_error
+    from stiction.records.atomic_write import output_path, require_file_path, unwritable_error
 
-    target = Path(path).expanduser()
+    target = output_path(path)
     if target.exists() and not (target.is_file() or target.is_dir()):
         return target
     require_file_path(target)

@@ -2,8 +2,8 @@
 
 from stiction.diagnosis.diagnose import diagnose
 from stiction.diagnosis.diagnoses import Diagnoses, diagnose_all
-from stiction.diagnosis.identification import Identification, ModelComparison, compare_models
-from stiction.diagnosis.identify import identify
+from stiction.diagnosis.identification import Identification, ModelComparison
+from stiction.diagnosis.identify import compare_models, identify
 from stiction.diagnosis.oscillation import find_oscillation
 from stiction.diagnosis.result import Evidence, Oscillation
 from stiction.diagnosis.verdict.diagnosis import Diagnosis

@@ -13,7 +13,7 @@ from stiction.export.block import block_of
 from stiction.export.fmu import FMI_VERSIONS, fmu_bytes
 from stiction.export.render import render
 from stiction.export.syntax import RESERVED
-from stiction.records.atomic_write import require_new_file, write_files
+from stiction.records.atomic_write import output_path, require_new_file, write_files
 
 if TYPE_CHECKING:
     import os
@@ -145,7 +145,7 @@ def export_c(
     ['stenman.h', 'stenman.c']
     """
     block = _named_block(model, name, dt)
-    where = Path(folder).expanduser()
+    where = output_path(folder)
     if where.exists() and not where.is_dir():
         raise RecordError("is a file", remedy="give a folder for the header and the source", where=where)
     files = {ending: require_new_file(where / f"{block.name}{ending}", folder=False) for ending in (".h", ".c")}
@@ -238,7 +238,7 @@ def _named_block(model: Any, name: str | Path | None, dt: float | None, language
     """The block of a model; a path gives it its name. Refuses a name that C, Modelica, MATLAB or FMI cannot use."""
     if isinstance(name, Path):
         name = re.sub(r"\W", "_", name.stem)
-    if name is not None and not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,47}", name):
+    if name is not None and not (isinstance(name, str) and re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,47}", name)):
         raise ParameterError(
             f"name = {name!r} is not a name for a model",
             remedy="give a letter and then letters, digits or _, 48 at most; a file's name must be one, or give `name`",

@@ -15,13 +15,14 @@ __all__ = ["FUNCTIONS", "HELPERS", "RESERVED", "Syntax"]
 _WORDS = {
     "C": "auto break case char const continue default do double else enum extern float for goto if inline int long "
     "register restrict return short signed sizeof static struct switch typedef union unsigned void volatile while main "
-    "bool true false complex NAN INFINITY",
+    "bool true false complex NAN INFINITY alignas alignof asm constexpr nullptr static_assert thread_local typeof",
     "MATLAB": "break case catch classdef continue else elseif end for function global if otherwise parfor persistent "
-    "return spmd switch try while i j pi inf nan eps",
+    "return spmd switch try while i j pi inf Inf nan NaN eps true false ans nargin nargout varargin varargout",
     "Modelica": "algorithm and annotation assert block class connect connector constant constrainedby der discrete "
     "each elsewhen encapsulated end enumeration equation expandable extends external final flow function impure import "
     "in initial inner input loop model not operator or outer output package parameter partial protected public pure "
-    "record redeclare replaceable stream then time type when within",
+    "record redeclare replaceable stream then time true false type when within Real Integer Boolean String Clock "
+    "Complex StateSelect ExternalObject AssertionLevel Connections Modelica",
     "FMI": "math stdio stdlib string stdint stdbool fmu fmi2 fmi3 fmi_common sample_model memory",
 }
 RESERVED = {language: frozenset(words.split()) for language, words in _WORDS.items()}

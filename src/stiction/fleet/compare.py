@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from collections import Counter
+from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
+from stiction.diagnosis.verdict.history import Change
+from stiction.diagnosis.verdict.over_time import describe_change
 from stiction.display.finding_words import finding_level
 from stiction.fleet.rank import FAULT_STATES
 
@@ -42,7 +45,8 @@ def compare_audits(
     -----
     A finding is a fault of the loop itself: a sticky valve, another cause in the loop, or a loop state that is a fault.
     "worse" and "better" mean
-    that the priority changed by more than the two limits, or that the intervals of S are apart.
+    that the priority changed by more than the two limits, or that the intervals of S are apart. S and priority are
+    those of all windows since the last change of the valve; `why` names the changes found since the earlier audit.
 
     Examples
     --------
@@ -57,6 +61,7 @@ def compare_audits(
     for tag in dict.fromkeys([*now, *before]):
         new, old = now.get(tag), before.get(tag)
         change, why = _change(new, old, min_change, relative_change)
+        why = " ".join(filter(None, [why, *_changes_since(new, old)]))
         if change:
             row: dict[str, Any] = {"tag": tag, "change": change, "why": why}
             for name in ("finding_text", "verdict", "priority"):
@@ -94,6 +99,15 @@ def confirmed_share(audit: Audit) -> dict[str, Any]:
 def _size(row: LoopRow | None, name: str) -> float | None:
     """S or an end of its interval; None where neither stiction nor play is found."""
     return row[name] if row is not None and row.text("S") else None
+
+
+def _changes_since(new: LoopRow | None, old: LoopRow | None) -> list[str]:
+    """What happened to the valve since the earlier audit, in sentences."""
+    if new is None or old is None:
+        return []
+    known = {(one["kind"], one["time"]) for one in old.history}
+    fresh = [one for one in new.history if one["time"] and (one["kind"], one["time"]) not in known]
+    return [describe_change(Change(**{**one, "time": datetime.fromisoformat(one["time"])})) for one in fresh]
 
 
 def _change(new: LoopRow | None, old: LoopRow | None, min_change: float, relative_change: float) -> tuple[str, str]:

@@ -11,6 +11,7 @@ from pathlib import Path
 from stiction.errors import RecordError
 
 __all__ = [
+    "output_path",
     "require_file_path",
     "require_new_file",
     "safe_file_name",
@@ -18,6 +19,20 @@ __all__ = [
     "write_atomically",
     "write_files",
 ]
+
+
+def output_path(path: str | os.PathLike[str]) -> Path:
+    """Return a path to write to, ``~`` replaced; raises RecordError for what the system takes as no path."""
+    try:
+        target = Path(path).expanduser()
+        target.exists()
+        if b"\0" in os.fsencode(target):
+            raise ValueError("embedded null byte")
+    except (TypeError, ValueError, OSError, RuntimeError) as error:
+        raise RecordError(
+            f"{path!r} is no path to write to ({getattr(error, 'strerror', None) or error})", remedy="give another path"
+        ) from None
+    return target
 
 
 def safe_file_name(tag: str) -> str:
@@ -45,7 +60,7 @@ def require_file_path(target: Path) -> None:
 
 def require_new_file(path: str | os.PathLike[str], *, folder: bool = True) -> Path:
     """Return a path where nothing exists; with `folder` its folder must exist. Else raises RecordError."""
-    target = Path(path).expanduser()
+    target = output_path(path)
     if target.exists():
         raise RecordError("exists and is not replaced", remedy="remove it, or give another path", where=target)
     if folder:
@@ -64,7 +79,7 @@ def unwritable_error(target: Path, error: OSError) -> RecordError:
 
 def write_atomically(text: str, path: str | os.PathLike[str]) -> Path:
     """Write UTF-8 so that a reader sees the old file or the new one; a RecordError leaves nothing behind."""
-    target = Path(path)
+    target = output_path(path)
     require_file_path(target)
     write_files({target: text.encode()})
     return target

@@ -5,10 +5,10 @@ from __future__ import annotations
 import json
 import os
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 from stiction.errors import RecordError, Setting
+from stiction.records.atomic_write import output_path
 from stiction.records.frames import SIGNALS, as_records, stack_records
 
 __all__ = ["FORMAT_VERSION", "METADATA_KEY", "to_parquet"]
@@ -50,7 +50,7 @@ def to_parquet(records: Any, path: str | os.PathLike[str]) -> None:
     lengths = {len(loop) for loop in loops}
     group = max(lengths) if len(lengths) == 1 else 16_384
     text = json.dumps({"form": FORMAT_VERSION, "loops": [_description(loop) for loop in loops]})
-    target = Path(path)
+    target = output_path(path)
     part = target.with_name(f".{target.name}.{os.getpid()}.part")
     try:
         frame.write_parquet(part, metadata={METADATA_KEY: text}, row_group_size=max(group, 1))

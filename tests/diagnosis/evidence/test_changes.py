@@ -11,6 +11,7 @@ from stiction.diagnosis.evidence.changes import find_changes
 from stiction.diagnosis.evidence.pool_diagnoses import judge_windows
 from stiction.diagnosis.verdict.history import Window
 from stiction.diagnosis.verdict.model import log_odds, logistic
+from stiction.diagnosis.verdict.over_time import describe_disagreement
 
 START = datetime(2026, 3, 1)
 
@@ -74,3 +75,17 @@ def test_a_window_out_of_control_is_passed_over():
     windows.insert(2, Window(START, 0.0, 1.0, "manual", 0.25))
     [change] = find_changes(windows)
     assert (change.kind, change.first) == ("repair", 6)
+
+
+def test_two_windows_that_disagree_are_both_named():
+    steady, other = [window(k, 2.5, 0.8, 1.2) for k in range(3)], window(3, 2.5, 0.8, 4.0)
+    assert describe_disagreement(steady, ()) == ""
+    assert describe_disagreement([*steady, other], ()) == (
+        "The windows disagree about S: 1.2 % (0.96 to 1.5) from 2026-03-01 00:00 on, and 4 % (3.2 to 5) from "
+        "2026-03-04 00:00 on."
+    )
+
+
+def test_windows_before_a_repair_do_not_disagree_with_today():
+    windows = course([4.0] * 6 + [0.0] * 3)
+    assert describe_disagreement(windows, find_changes(windows)) == ""

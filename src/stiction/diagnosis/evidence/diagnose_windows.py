@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from stiction.diagnosis.detection import detect_all
 from stiction.diagnosis.evidence.pool_diagnoses import PooledWindows
-from stiction.diagnosis.evidence.windows import cut, settle_target, window_target
+from stiction.diagnosis.evidence.windows import cut, is_one_window, settle_target, window_target
 from stiction.diagnosis.segment import judge_segment
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def diagnose_windows(records: Sequence[LoopRecord], judge: Judge, *, methods: bo
         That of the only window as it is, or the pooled one.
     """
     target, judged = window_target(records[0].dt), {}
-    if len(records[0]) * records[0].dt >= 2.0 * target:
+    if not is_one_window(records[0]):
         target, judged = settle_target(records[0])
     pooled, elapsed_s = PooledWindows(), 0.0
     for number, record in enumerate(records):

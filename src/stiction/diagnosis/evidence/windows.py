@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from stiction.records.record import LoopRecord
 
 __all__ = [
-    "Cut", "cut", "cut_grid", "cut_record", "grid_length", "settle_target", "slowest_period", "window_target",
+    "Cut", "cut", "cut_grid", "cut_record", "grid_length", "is_one_window", "settle_target", "slowest_period",
+    "window_target",
 ]  # fmt: skip
 
 PERIODS = 15.0
@@ -85,6 +86,11 @@ def window_target(dt: float, period: float = 0.0) -> float:
     (5000.0, 28800.0, 60000.0, 9000.0)
     """
     return max(PERIODS * period, min(SAMPLES * dt, max(SHIFT, FEWEST_SAMPLES * dt)))
+
+
+def is_one_window(record: LoopRecord) -> bool:
+    """Whether a record is too short for two windows of any loop."""
+    return len(record) * record.dt < 2.0 * window_target(record.dt)
 
 
 def grid_length(target: float) -> float:

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.diagnosis.identification.candidates import joined
-from stiction.diagnosis.identification.identify_record import compared_signals, fit_segment
+from stiction.diagnosis.identification.identify_record import compared_signals
 from stiction.diagnosis.identification.model_fit import fit_kano, fit_stenman, model_fit
 from stiction.diagnosis.identification.process_fit import fit_process
 from stiction.diagnosis.identification.regression import one_thread
 from stiction.diagnosis.identification.three_parameter import fit_three_parameter
-from stiction.diagnosis.segment import judge_in_control
 from stiction.display.json_form import Result
 
 if TYPE_CHECKING:
@@ -21,9 +20,8 @@ if TYPE_CHECKING:
 
     from stiction.diagnosis.identification.identify_record import ComparedSignals, SegmentFit
     from stiction.diagnosis.identification.model_fit import ModelFit, PositionCosts
-    from stiction.records.record import LoopRecord
 
-__all__ = ["ModelComparison", "ModelShare", "compare_models"]
+__all__ = ["ModelComparison", "ModelShare", "compare_fits"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,55 +89,11 @@ class ModelComparison(Result):
         return f"Explained of the {self.compared.upper()}: {shares}; by BIC {finding} (margin {self.margin:.1f})."
 
 
-def compare_models(record: LoopRecord, *, period: float | None = None, enough: float = 6.0) -> ModelComparison:
-    r"""Compare what the valve models explain of one record, with a penalty for their parameters.
+def compare_fits(fitted: SegmentFit, enough: float) -> ModelComparison:
+    """Compare what the valve models explain of a fitted segment; see `stiction.compare_models`.
 
-    Parameters
-    ----------
-    record : LoopRecord
-        A record with OP and PV; where it has a valve position that follows OP, the position is compared.
-    period : float, optional
-        Period of the oscillation [s]. It is found where it is not given; `inf` says that nothing oscillates.
-    enough : float
-        Difference of the criterion from which on a model is called better [-]; 6 is "strong" after Kass and Raftery.
-
-    Returns
-    -------
-    ModelComparison
-        The models by Schwarz's criterion, and whether their difference decides.
-
-    Raises
-    ------
-    RecordError
-        When the record has no PV, the loop is out of control, its data cannot be used, or its quality codes can be
-        read in several ways.
-    ParameterError
-        When `period` is not positive or shorter than four samples.
-
-    Notes
-    -----
-    All models are compared by the same regression on the same samples. With the mean squared error :math:`e` that a
-    model of k parameters leaves and N independent samples (by the autocorrelation of the best model's residual)
-
-    .. math:: BIC = N \ln e + k \ln N
-
-    The parameters of the process are as many for every model and do not count.
-
-    References
-    ----------
-    schwarz1978; kass1995.
-
-    Examples
-    --------
-    >>> from dataclasses import replace
-    >>> import numpy as np
-    >>> import stiction as st
-    >>> loop = st.Loop(st.PID(0.2, 10.0), st.Kano(3.0, 1.0), st.FOPDT(3.0, 10.0, 10.0), dt=1.0, noise=0.1)
-    >>> sp = np.repeat(np.random.default_rng(0).uniform(7.0, 13.0, 40), 35)
-    >>> st.compare_models(replace(st.simulate(loop, sp, 1400.0), mv=None), period=130.0).best
-    'kano'
+    `enough`: difference of Schwarz's criterion from which on a model is called better [-].
     """
-    fitted = fit_segment(judge_in_control(record, period=period))
     compared = compared_signals(fitted.segment, fitted.position)
     costs = compared.costs
     good = costs.op.reshape(-1, costs.per_block).mean(axis=1)

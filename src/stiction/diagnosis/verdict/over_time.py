@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from stiction.diagnosis.result import Verdict
     from stiction.diagnosis.verdict.history import Change, Window
 
-__all__ = ["describe_change", "describe_windows", "explain_need", "explain_over_time"]
+__all__ = ["describe_change", "describe_disagreement", "describe_windows", "explain_need", "explain_over_time"]
 
 
 class OverTime(Protocol):
@@ -47,7 +47,8 @@ def explain_over_time(found: OverTime, unit: str = "%") -> str:
     """
     sentences = [describe_windows(found.windows)] if len(found.windows) > 1 else []
     sentences += [describe_change(one, unit) for one in found.history]
-    return " ".join([*sentences, *filter(None, [explain_need(found)])])
+    sentences.append(describe_disagreement(found.windows, found.history, unit))
+    return " ".join(filter(None, [*sentences, explain_need(found)]))
 
 
 def describe_windows(windows: Sequence[Window]) -> str:
@@ -77,6 +78,30 @@ def describe_change(change: Change, unit: str = "%") -> str:
         return f"S grew from {before} to {after} since {when}."
     now = f", and is below {after} since" if after else ""
     return f"Repaired about {when}: S was {before}{now}."
+
+
+def describe_disagreement(windows: Sequence[Window], history: Sequence[Change], unit: str = "%") -> str:
+    """Say which two windows of today's valve disagree most about S; empty where their intervals overlap.
+
+    Only windows that find stiction by themselves count; growth of S is no disagreement.
+    """
+    first = max((one.first for one in history if one.kind != "growth"), default=0)
+    sure = [one for one in windows[first:] if one.in_control and one.probability >= DISAGREES]
+    if len(sure) < 2 or any(one.kind == "growth" and one.first >= first for one in history):
+        return ""
+    small, large = min(sure, key=lambda one: one.S_high or 0.0), max(sure, key=lambda one: one.S_low or 0.0)
+    if (small.S_high or 0.0) >= (large.S_low or 0.0):
+        return ""
+    texts = []
+    for one in sorted((small, large), key=lambda one: one.start_s):
+        S, low, high = (format_number(x or 0.0, significant=2) for x in (one.S, one.S_low, one.S_high))
+        begin = format_time(one.start) or format_duration(one.start_s)
+        texts.append(f"{S} {unit} ({low} to {high}) from {begin} on")
+    return f"The windows disagree about S: {texts[0]}, and {texts[1]}."
+
+
+DISAGREES = 0.5
+"""Probability of a window from which its S counts in a disagreement [-]."""
 
 
 def explain_need(found: OverTime) -> str:

@@ -59,7 +59,7 @@ EXPORT fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n,
 
 EXPORT fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fmi2Real tolerance,
                                       fmi2Real start, fmi2Boolean stopDefined, fmi2Real stop) {
-    COMMON(c)->s.start = COMMON(c)->s.values[TIME] = start;
+    COMMON(c)->s.values[TIME] = start;
     return fmi2OK;
 }
 
@@ -86,34 +86,18 @@ NONE(fmi2SetInteger, const fmi2Integer)
 NONE(fmi2SetBoolean, const fmi2Boolean)
 NONE(fmi2SetString, const fmi2String)
 
-EXPORT fmi2Status fmi2GetFMUstate(fmi2Component c, void **state) {
-    if (!*state) *state = malloc(sizeof(state_t));
-    if (!*state) return fmi2Error;
-    memcpy(*state, &COMMON(c)->s, sizeof(state_t));
-    return fmi2OK;
-}
-EXPORT fmi2Status fmi2SetFMUstate(fmi2Component c, void *state) {
-    memcpy(&COMMON(c)->s, state, sizeof(state_t));
-    return fmi2OK;
-}
-EXPORT fmi2Status fmi2FreeFMUstate(fmi2Component c, void **state) {
-    free(*state);
-    *state = NULL;
-    return fmi2OK;
-}
+EXPORT fmi2Status fmi2GetFMUstate(fmi2Component c, void **state) { return STATUS(save(COMMON(c), state)); }
+EXPORT fmi2Status fmi2SetFMUstate(fmi2Component c, void *state) { return STATUS(restore(COMMON(c), state)); }
+EXPORT fmi2Status fmi2FreeFMUstate(fmi2Component c, void **state) { return STATUS(release(state)); }
 EXPORT fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, void *state, size_t *size) {
     *size = sizeof(state_t);
     return fmi2OK;
 }
 EXPORT fmi2Status fmi2SerializeFMUstate(fmi2Component c, void *state, fmi2Byte bytes[], size_t size) {
-    if (size < sizeof(state_t)) return fmi2Error;
-    memcpy(bytes, state, sizeof(state_t));
-    return fmi2OK;
+    return STATUS(write_state(state, (uint8_t *)bytes, size));
 }
 EXPORT fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, void **state) {
-    if (size != sizeof(state_t) || fmi2GetFMUstate(c, state) != fmi2OK) return fmi2Error;
-    memcpy(*state, bytes, sizeof(state_t));
-    return fmi2OK;
+    return STATUS(read_state(COMMON(c), (const uint8_t *)bytes, size, state));
 }
 
 EXPORT fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, VALUES, const fmi2ValueReference known[], size_t n_known,

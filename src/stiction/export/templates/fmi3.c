@@ -54,7 +54,7 @@ EXPORT fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean on, size_t n, 
 }
 EXPORT fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean toleranceDefined, fmi3Float64 tolerance,
                                               fmi3Float64 start, fmi3Boolean stopDefined, fmi3Float64 stop) {
-    COMMON(c)->s.start = COMMON(c)->s.values[TIME] = start;
+    COMMON(c)->s.values[TIME] = start;
     COMMON(c)->s.phase = INITIALISING;
     return fmi3OK;
 }
@@ -99,34 +99,18 @@ EXPORT fmi3Status fmi3GetNumberOfVariableDependencies(fmi3Instance c, fmi3ValueR
 EXPORT fmi3Status fmi3GetVariableDependencies(fmi3Instance c, fmi3ValueReference vr, size_t of[],
     fmi3ValueReference independents[], size_t elements[], int kinds[], size_t n) { return fmi3Error; }
 
-EXPORT fmi3Status fmi3GetFMUState(fmi3Instance c, void **state) {
-    if (!*state) *state = malloc(sizeof(state_t));
-    if (!*state) return fmi3Error;
-    memcpy(*state, &COMMON(c)->s, sizeof(state_t));
-    return fmi3OK;
-}
-EXPORT fmi3Status fmi3SetFMUState(fmi3Instance c, void *state) {
-    memcpy(&COMMON(c)->s, state, sizeof(state_t));
-    return fmi3OK;
-}
-EXPORT fmi3Status fmi3FreeFMUState(fmi3Instance c, void **state) {
-    free(*state);
-    *state = NULL;
-    return fmi3OK;
-}
+EXPORT fmi3Status fmi3GetFMUState(fmi3Instance c, void **state) { return STATUS(save(COMMON(c), state)); }
+EXPORT fmi3Status fmi3SetFMUState(fmi3Instance c, void *state) { return STATUS(restore(COMMON(c), state)); }
+EXPORT fmi3Status fmi3FreeFMUState(fmi3Instance c, void **state) { return STATUS(release(state)); }
 EXPORT fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, void *state, size_t *size) {
     *size = sizeof(state_t);
     return fmi3OK;
 }
 EXPORT fmi3Status fmi3SerializeFMUState(fmi3Instance c, void *state, fmi3Byte bytes[], size_t size) {
-    if (size < sizeof(state_t)) return fmi3Error;
-    memcpy(bytes, state, sizeof(state_t));
-    return fmi3OK;
+    return STATUS(write_state(state, bytes, size));
 }
 EXPORT fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_t size, void **state) {
-    if (size != sizeof(state_t) || fmi3GetFMUState(c, state) != fmi3OK) return fmi3Error;
-    memcpy(*state, bytes, sizeof(state_t));
-    return fmi3OK;
+    return STATUS(read_state(COMMON(c), bytes, size, state));
 }
 
 /* What the standard asks of every file and this model does not have: modes, clocks, derivatives, continuous states. */

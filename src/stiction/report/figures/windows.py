@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiction.diagnosis.loop_state import HEADLINES
-from stiction.diagnosis.verdict.over_time import describe_change, describe_windows
+from stiction.diagnosis.verdict.over_time import describe_change, describe_disagreement, describe_windows
 from stiction.report import labels, style
 from stiction.report.blocks import Cell, Figure, Table
 
@@ -52,8 +52,13 @@ def windows(diagnosis: Diagnosis) -> Figure | None:
         ],
     }  # fmt: skip
     unit = diagnosis.record.op_unit_short
-    caption = " ".join([describe_windows(parts), *(describe_change(one, unit) for one in diagnosis.history),
-                        "S and its 95 % interval are those of each window alone."])  # fmt: skip
+    history = diagnosis.history
+    sentences = [describe_windows(parts), *(describe_change(one, unit) for one in history)]
+    sentences += [
+        describe_disagreement(parts, history, unit),
+        "S and its 95 % interval are those of each window alone.",
+    ]
+    caption = " ".join(filter(None, sentences))
     shown = [trace for trace in data if len(trace["x"])]
     return Figure(
         {"data": shown, "layout": layout}, "The valve over time", caption, height=340, table=_table(diagnosis)
