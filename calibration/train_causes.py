@@ -19,7 +19,7 @@ from calibration.train import ROOT, stored_trees
 from stiction.diagnosis.verdict.cause_features import CAUSE_FEATURES
 from stiction.diagnosis.verdict.causes import CAUSES, smallest_shown
 from stiction.diagnosis.verdict.decision import DEFAULT_SMALLEST_S, decide
-from stiction.diagnosis.verdict.model import read_model
+from stiction.diagnosis.verdict.model import logistic, read_model
 
 __all__ = ["HIDDEN_KINDS", "cause_labels", "cause_probabilities", "fit_causes"]
 
@@ -79,8 +79,8 @@ def cause_labels(table: pl.DataFrame, cause: str) -> tuple[np.ndarray, np.ndarra
 
 
 def _called_good(table: pl.DataFrame) -> np.ndarray:
-    """Whether the probability alone would call the valve of each loop good."""
-    return np.array([decide(p) == "no_stiction" for p in table["probability"]])
+    """Whether the verdict's model alone, of one window, would call the valve of each loop good."""
+    return np.array([decide(logistic(x)) == "no_stiction" for x in table["y_log_odds"]])
 
 
 def fit_one(table: pl.DataFrame, cause: str) -> dict[str, Any]:
