@@ -35,14 +35,14 @@ UNKNOWABLE = {
 """Cause -> kinds that do not count for it: it is there in part, or another name for what is."""
 MISSED_WEIGHT = 0.3
 """Weight of a valve that sticks or has play and looks good in the model of the unseen valve [-]."""
-MISSED = {"unseen": 0.02, "position": 0.15}
+MISSED = {"unseen": 0.02, "position": 0.1}
 """Share that may be called good, of loops that are not trained on: of valves whose stem does not move, and of sticky
 ones whose position is recorded as OP [-]."""
 OTHERS = ("unseen", "stuck", "position")
 """Models besides those of the causes."""
 NAMES = {"stuck": "stuck", "position": "position as OP"}
 """Model -> the kind that it finds."""
-WRONG_COST = 3.0
+WRONG_COST = 2.5
 """Cost of wrong advice over that of asking [-]."""
 LIMITS = np.arange(0.3, 0.91, 0.02).round(2)
 """Probabilities from which a cause may be named [-]."""

@@ -90,7 +90,7 @@ def test_detectable_stiction_needs_a_stem_that_moves():
 
 
 def test_no_stiction_is_excluded_where_op_is_the_position_of_a_sticky_valve():
-    run = simulate(st.Kano(4.0, 1.5), load=4.0 * WAVE)
+    run = simulate(st.Kano(6.0, 2.0), load=6.0 * WAVE)
     found = st.diagnose(replace(run, op=run.mv + 50.0, mv=None))
     assert (found.S_detectable, found.verdict, found.finding) == (None, "undecided", "not_in_command")
 

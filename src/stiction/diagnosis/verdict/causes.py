@@ -132,11 +132,11 @@ def is_stuck(features: Mapping[str, float]) -> bool:
 def is_position(features: Mapping[str, float], causes: OscillationCause) -> bool:
     """Whether OP is the position of the stem and not what the controller asks for.
 
-    At a limit of OP or of its rate no controller explains OP either: it must be more probable than those causes.
+    At a limit of OP or of its rate no controller explains OP either: neither cause may be probable.
     """
     models = cause_models()
     probability = models.position.probability(features, models.position.training_prior)
-    return probability >= max(models.named, causes.rate_limit, causes.tuning)
+    return max(causes.rate_limit, causes.tuning) < models.named <= probability
 
 
 def find_detectable_S(features: Mapping[str, float], response: LoopResponse) -> float | None:
