@@ -16,6 +16,7 @@ import pytest
 from fleet.small_plant import ROOT, write_plant
 from stiction.errors import RecordError
 from stiction.fleet import open_audit
+from stiction.records.atomic_write import safe_file_name
 
 
 def test_audit_writes_its_files_and_goes_on(run, folder, audit_in_process):
@@ -35,6 +36,31 @@ def test_audit_writes_its_files_and_goes_on(run, folder, audit_in_process):
     assert set(keys.split()) <= found["loops"][0].keys()
     assert found["counts"]["loops"] == 6
     assert {row["change"] for row in found["changes"]} == {"same"}
+
+
+def test_states_of_the_work_list_are_checked_and_orders_have_names(run, folder, audit_in_process):
+    write_plant(folder / "plant.parquet", 6)
+    run("audit", "plant.parquet", "--out", "audit", "--workers", "1", "--pages", "0")
+    [sticky] = [row.tag for row in open_audit("audit").rows if row.finding == "sticks"][:1]
+    for arguments, message in (
+        (["--note", "later"], "--note belongs to --mark; add --mark TAG=STATE."),
+        (["--mark", f"{sticky}=foo"], "'foo' is not a state; give one of open, planned, done, rejected."),
+        (["--mark", "foo"], "--mark foo has no state"),
+        (["--mark", "X=done"], "has no loop 'X'"),
+    ):
+        refused = run("worklist", "audit", *arguments)
+        assert refused.code == 2
+        assert message in refused.err
+    assert not (folder / "audit" / "labels.csv").exists()
+    done = run("worklist", "audit", "--mark", f"{sticky}=done", "--note", "packing", "--author", "Ana")
+    assert ", Ana: packing. The records of this audit are from before it" in done.out
+    opened = run("worklist", "audit", "--mark", f"{sticky}=open", "--json")
+    [item] = [one for one in json.loads(opened.out) if one["tag"] == sticky]
+    assert item["state"] == "open"
+    assert "in manual, OP ±" in item["test"]
+    order = folder / "audit" / "worklist" / "orders" / f"{safe_file_name(sticky)}.html"
+    assert f'href="orders/{order.name}"' in (folder / "audit" / "worklist" / "index.html").read_text()
+    assert f"control valve of {sticky}" in order.read_text()
 
 
 @pytest.mark.parametrize(

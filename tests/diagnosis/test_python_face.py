@@ -39,6 +39,16 @@ def test_path_and_frame_of_one_loop_are_diagnosed_like_its_record(records, files
         assert pytest.approx(wanted.S, abs=0.05) == found.S
 
 
+def test_paths_of_one_loop_are_pooled_like_its_records(records, tmp_path):
+    parts = [records[0].window(0, 1000), records[0].window(1000, 2000)]
+    paths = [tmp_path / "a.parquet", tmp_path / "b.parquet"]
+    for part, path in zip(parts, paths, strict=True):
+        part.to_parquet(path)
+    found, wanted = (st.diagnose(source, methods=False) for source in (paths, parts))
+    assert found.probability == pytest.approx(wanted.probability, abs=1e-3)
+    assert len(found.windows) == len(wanted.windows)
+
+
 def test_source_of_several_loops_needs_a_tag(files):
     with pytest.raises(st.ParameterError, match=r"holds 2 loops \(FIC-0, FIC-1\); name one with tag='FIC-0', or use"):
         st.diagnose(files)

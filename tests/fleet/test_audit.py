@@ -13,6 +13,7 @@ import pytest
 
 import stiction as st
 from fleet.small_plant import records, require_same, require_sound_ledger, write_plant
+from stiction.apps import cli
 from stiction.errors import ParameterError, RecordError
 from stiction.fleet import Audit, LoopRow, Progress, compare_audits, confirmed_share, find_loop_places
 from stiction.fleet.labels import append_label
@@ -110,7 +111,7 @@ def test_interrupt_keeps_what_is_done(plant, tmp_path, found):
     require_same(st.audit(plant, tmp_path / "audit", workers=2), found)
 
 
-def test_window_and_last(tmp_path):
+def test_window_and_last(tmp_path, capsys):
     start = datetime(2026, 3, 2, 6, 0)
 
     def write(samples):
@@ -124,6 +125,13 @@ def test_window_and_last(tmp_path):
     second = st.audit(tmp_path / "plant.parquet", tmp_path / "audit", workers=1, since="last")
     assert [(row["start"], row["samples"]) for row in second.rows] == [("2026-03-02T06:10:00", 600)] * 2
     assert len(second.read(second.rows[0]["tag"])) == 600
+    nothing = st.audit(tmp_path / "plant.parquet", tmp_path / "audit", workers=1, since="last")
+    assert nothing.run["nothing_since"] == "2026-03-02T06:20:00"
+    assert nothing.rows == second.rows
+    assert (
+        cli.main(["audit", str(tmp_path / "plant.parquet"), "--out", str(tmp_path / "audit"), "--since", "last"]) == 0
+    )
+    assert "Nothing is new: no loop has samples after 2026-03-02 06:20." in capsys.readouterr().out
     part = st.audit(tmp_path / "plant.parquet", tmp_path / "audit", workers=1, until="2026-03-02T06:05")
     assert {row["samples"] for row in part.rows} == {300}
     trend = part.history(records(2)[0].tag)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import stiction as st
+from stiction.report import figures
 from stiction.report.loop_view import LoopView
 from stiction.report.visible_reasons import find_rests, visible_reasons
 
@@ -28,6 +29,10 @@ def test_rests_are_where_the_true_valve_rests(sticky):
     assert true is not None
     still = np.concatenate([np.abs(np.diff(true[first:last])) < 1e-9 for first, last in rests])
     assert np.mean(still) > 0.9
+    plot = figures.trends(sticky).plot
+    [shaded] = [one for one in plot["data"] if one["name"] == "valve at rest while OP moves"]
+    assert shaded["yaxis"] == "y4"
+    assert np.isnan(shaded["x"]).sum() <= len(rests)  # rests that touch are one stretch
     period = sticky.diagnosis.oscillation.period
     assert len(rests) == pytest.approx(2.0 * 2000.0 / period, rel=0.25)  # two reversals in a cycle
 

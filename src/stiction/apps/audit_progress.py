@@ -96,7 +96,7 @@ def _describe(progress: Progress) -> str:
     if progress.seconds_left is not None and progress.done < progress.total:
         parts.append(f"{_format_time(progress.seconds_left)} left")
     if progress.stage in ("screen", "diagnose"):
-        parts.append(f"{progress.sticky} sticky valves so far")
+        parts.append(f"{count_noun(progress.sticky, 'sticky valve')} so far")
     return ", ".join(parts)
 
 

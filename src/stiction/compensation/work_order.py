@@ -12,7 +12,7 @@ from stiction.compensation.prediction_text import format_settings, prediction_te
 from stiction.compensation.shop_tests import acceptance_criteria, plan_acceptance_test, plan_staircase
 from stiction.compensation.suspect_parts import SuspectPart, rank_suspects
 from stiction.diagnosis import Diagnosis
-from stiction.display.duration_format import format_time
+from stiction.display.duration_format import format_seconds, format_time
 from stiction.display.json_form import Result
 from stiction.display.number_format import format_interval, format_probability
 from stiction.errors import ParameterError, require_kind
@@ -198,7 +198,8 @@ def _usual_op(diagnosis: Diagnosis) -> float:
 def _describe_record(diagnosis: Diagnosis) -> str:
     record = diagnosis.record
     start = f"from {format_time(record.start)}" if record.start else f"date {BLANK}"
-    return f"{record.provenance.source}, {start}, {record.duration / 60.0:.3g} min, sampled every {record.dt:g} s"
+    length, every = format_seconds(record.duration), format_seconds(record.dt)
+    return f"{record.provenance.source}, {start}, {length}, sampled every {every}"
 
 
 def _findings(diagnosis: Diagnosis, op: float) -> tuple[str, ...]:
@@ -219,8 +220,8 @@ def _findings(diagnosis: Diagnosis, op: float) -> tuple[str, ...]:
     if cycle.oscillating and math.isfinite(cycle.period):
         day = 2.0 * 86400.0 / cycle.period
         lines.append(
-            f"The loop oscillates with a period of {cycle.period:.3g} s: about {float(f'{day:.2g}'):.0f} reversals of "
-            "the stem a day."
+            f"The loop oscillates with a period of {format_seconds(cycle.period)}: about {float(f'{day:.2g}'):.0f} "
+            "reversals of the stem a day."
         )
     if record.op_in_percent:
         lines.append(f"Usual OP (controller output): {op:.0f} %.")

@@ -70,8 +70,10 @@ class ProcessEngine:
                     self._end(worker)
                     failed_starts += not worker.is_ready
                     if failed_starts > MAX_FAILED_STARTS:
-                        text = f"workers = {self.workers} cannot be started; give fewer, or free some memory."
-                        raise ParameterError(text) from None
+                        raise ParameterError(
+                            f"workers = {self.workers} cannot be started; give fewer, or free some memory. In a "
+                            'script, call audit below `if __name__ == "__main__":`; the workers import the script.'
+                        ) from None
                     number = batch.tasks[0].number
                     deaths[number] += worker.is_ready and len(batch.tasks) == 1
                     if deaths[number] < MAX_SINGLE_TRIES:

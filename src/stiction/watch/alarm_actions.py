@@ -58,12 +58,9 @@ def act_on_alarm(
     if action == "shelve" and (until is None or until <= time.time()):
         raise ParameterError("until is not in the future; give the date until which the alarm is shelved.")
     with store.transaction():
-        now, resting = time.time(), action in ("out_of_service", "in_service")
-        if resting and ident in store.fact("loops", []) and not _alarms_of(store, ident):
-            _rest(store, ident, rests=action == "out_of_service")
-            _write_note(store, ident, now, who, action, text)
-            return None
-        alarm = _find(store, ident)
+        now, rests = time.time(), action in ("out_of_service", "in_service")
+        is_quiet = rests and ident in store.fact("loops", []) and not _alarms_of(store, ident)
+        alarm = None if is_quiet else _find(store, ident)
         changes: dict[str, dict[str, Any]] = {
             "acknowledge": {"acknowledged": now, "acknowledged_by": who},
             "shelve": {"shelved_until": until},
@@ -71,22 +68,16 @@ def act_on_alarm(
             "out_of_service": {"out_of_service": True},
             "in_service": {"out_of_service": False},
         }
-        alarm = replace(alarm, **changes.get(action, {}))
-        write_alarm(store, alarm)
-        if resting:
-            _rest(store, alarm.loop, rests=alarm.out_of_service)
-        _write_note(store, alarm.id, now, who, action, text)
+        if alarm:
+            alarm = replace(alarm, **changes.get(action, {}))
+            write_alarm(store, alarm)
+        if rests:
+            loop = alarm.loop if alarm else ident
+            others = set(store.fact("out of service", [])) - {loop}
+            store.set_fact("out of service", sorted(others | ({loop} if action == "out_of_service" else set())))
+        row = (alarm.id if alarm else ident, now, who, action, text)
+        store.change("INSERT INTO note (alarm, time, who, what, text) VALUES (?, ?, ?, ?, ?)", *row)
     return alarm
-
-
-def _rest(store: WatchStore, loop: str, *, rests: bool) -> None:
-    """Take a loop out of service, or back into it."""
-    resting = set(store.fact("out of service", [])) - {loop}
-    store.set_fact("out of service", sorted(resting | ({loop} if rests else set())))
-
-
-def _write_note(store: WatchStore, ident: str, now: float, who: str, what: str, text: str) -> None:
-    store.change("INSERT INTO note (alarm, time, who, what, text) VALUES (?, ?, ?, ?, ?)", ident, now, who, what, text)
 
 
 def read_notes(store: WatchStore, ident: str) -> list[dict[str, Any]]:

@@ -12,7 +12,6 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stiction.display.duration_format import format_time
 from stiction.errors import RecordError, StictionError
 from stiction.fleet import audit
 from stiction.fleet.audit_stages import EmptyRangeError
@@ -42,18 +41,15 @@ def judge_window(config: WatchConfig, folder: Path, store: WatchStore, start: in
     written = write_window(folder, config.source, samples, store, start, finish)
     rows = []
     if written.loops:
-        begin, end = (datetime.fromtimestamp(moment / 1e6, UTC) for moment in (start, finish))
         try:
-            found = audit(
-                written.folder, folder / "audit", since=begin, until=end, workers=config.workers or None,
-                prior=config.prior, connections=config.connections or None, retry=True,
-            )  # fmt: skip
+            rows = audit(
+                written.folder, folder / "audit", since=datetime.fromtimestamp(start / 1e6, UTC),
+                until=datetime.fromtimestamp(finish / 1e6, UTC), workers=config.workers or None, prior=config.prior,
+                connections=config.connections or None, retry=True,
+            ).rows  # fmt: skip
         except EmptyRangeError:
-            times = " to ".join(format_time(moment, local=True) for moment in (begin, end))
-            raise RecordError(
-                f"no source has samples of this window, {times}; older files are diagnosed by stiction audit."
-            ) from None
-        rows = found.rows
+            reason = "no source has samples of this window; older files are diagnosed by stiction audit."
+            raise RecordError(reason) from None
     with store.transaction():
         about = {"loops": written.loops, "failures": written.failures, "doubles": written.doubles}
         is_new = store.change(

@@ -10,13 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_origin, get_type_hints
 
 from stiction.errors import RecordError, StictionError
-from stiction.watch.configuration import (
-    AlarmSettings,
-    ChannelSettings,
-    MetricsSettings,
-    SourceSettings,
-    WatchConfig,
-)
+from stiction.watch.configuration import AlarmSettings, ChannelSettings, MetricsSettings, SourceSettings, WatchConfig
 
 if TYPE_CHECKING:
     import os

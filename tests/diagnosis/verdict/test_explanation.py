@@ -36,7 +36,8 @@ def test_both_are_said_where_it_sticks_and_something_else_moves_the_loop():
 
 
 @pytest.mark.parametrize(
-    ("probability", "start"), [(0.95, "A valve with"), (0.02, "A sticky valve does not"), (0.5, "The evidence")]
+    ("probability", "start"),
+    [(0.95, "A valve with"), (0.02, "Without a sticky valve the PV is"), (0.5, "The evidence")],
 )
 def test_the_verdict_and_the_closest_alternative(probability, start):
     found = make_diagnosis(probability)

@@ -99,6 +99,7 @@ def test_json_tells_play_from_stiction():
         ({"probability": 0.95}, 12.0),  # 3 S
         ({"probability": 0.1, "oscillating": False, "verdict": "undecided"}, 4.0),  # 2 % each way
         ({"probability": 0.4, "S_detectable": None}, 4.0),
+        ({"probability": 0.1, "stuck": True, "verdict": "undecided"}, 4.0),
     ],
 )
 def test_one_plan_is_written_said_and_ordered(changes, size, tmp_path):

@@ -44,8 +44,8 @@ def damarla_regression(record: LoopRecord, oscillation: Oscillation) -> Evidence
         stuck = stuck_windows(op, error)
     limit = CHANCE + 3.0 * float(np.sqrt(CHANCE * (1.0 - CHANCE) / max(windows, 1)))
     why = (
-        f"OP is {ETA:.0f} times as steep as PV, each relative to its deviation, in {100.0 * stuck:.0f} % of {windows} "
-        f"windows; for unrelated signals with the same spectrum in {100.0 * CHANCE:.0f} %."
+        f"In {100.0 * stuck:.0f} % of {windows} short windows OP changes {ETA:.0f} times as fast as PV, each over "
+        f"its own standard deviation; unrelated signals with the same spectrum give {100.0 * CHANCE:.0f} %."
     )
     against = objections(record, oscillation, integrating=False, cycles=0.0)
     if windows < 30:

@@ -52,9 +52,9 @@ def yamashita(record: LoopRecord, oscillation: Oscillation) -> Evidence:
         rho_1, rho_3 = still_shares(by_op, by_valve)
     name = "valve position" if record.mv is not None else "PV"
     why = (
-        f"OP moves while the {name} is constant in {100.0 * rho_1:.0f} % of the steps, {100.0 * rho_3:.0f} % without "
-        "the "
-        "steps that no sticking valve makes; unrelated signals give 25 % and 11 %. In a slow loop PV is not the valve."
+        f"In {100.0 * rho_1:.0f} % of the steps OP moves while the {name} stays; without steps that do not fit a "
+        f"sticky valve, in {100.0 * rho_3:.0f} %. Unrelated signals give 25 % and 11 %. In a slow loop PV does not "
+        "show the valve."
     )
     against = objections(record, oscillation, loop_types=() if record.mv is not None else ("flow", "pressure"))
     return judge("yamashita", rho_3, 0.25, 0.25, why, [*against, *lack], source="yamashita2006")

@@ -50,7 +50,6 @@ MIDDLE_OP, ASSUMED_S = 50.0, 5.0
 NOTHING_NOW = "Nothing to do now: the loop does not oscillate."
 """Next step of a loop whose open question can wait."""
 NEXT_STEPS = {
-    "tuning": "Halve the controller gain for three periods: the oscillation dies out if tuning is the cause.",
     "follows": "Look at what moves the set point: its master loop, ratio station or operator.",
     "rate_limit": "Raise the rate limit of OP, or lower the gain until OP stays below it.",
     "not_in_command": "Check that the OP column is the controller's output and not the position of the valve.",
@@ -185,7 +184,8 @@ def plan_valve_test(found: Findings) -> TestPlan | None:
     if found.finding in ("sticks", "probably_sticks"):
         S, S_high = _size(found)
         return plan_confirming_ramp(op, S, S_high=S_high, settling=settling, dt=signals.dt)
-    if found.finding in OPEN and not (signals.oscillation.oscillating and found.S_detectable is not None):
+    shown = signals.oscillation.oscillating and found.S_detectable is not None
+    if found.finding == "valve_not_responding" or (found.finding in OPEN and not shown):
         size = max(MIN_TEST_STEP, 2.0 * found.smallest_S)
         return plan_confirming_step(op, size, settling=settling, dt=signals.dt)
     return None
@@ -219,6 +219,11 @@ def explain_next_step(found: Findings) -> str:
         return f"{test}: PV keeps swinging if the cause is outside; {stem}." if test else ""
     if code == "tuning" and test and found.oscillation_cause.tuning < GRADES[0][0]:
         return f"{test}: if PV stops swinging, lower the controller gain; if it keeps swinging, the cause is outside."
+    if plan is not None and plan.kind == "step test":
+        return f"{_missing(found)} Step OP{_by(plan)}."
+    if code == "tuning" and test:
+        wait = _periods(TEST_PERIODS * period)
+        return f"Halve the controller gain for {wait}: the oscillation dies out if tuning is the cause."
     if plan is not None:
         ramp = f"Ramp OP from {plan.settings['low']:g} to {plan.settings['high']:g} % and back in manual"
         return f"{ramp} ({format_seconds(plan.duration)}), and compare stem or PV with OP."

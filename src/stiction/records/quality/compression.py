@@ -250,7 +250,7 @@ def check_exception_reporting(
         deviations["PV"] = 0.0
     covered = [(peak_to_peak(x) / deviations[name], name) for name, x in (("OP", op), ("PV", pv)) if deviations[name]]
     if not covered:
-        finding = "OP and PV also change by small steps: no exception deviation is visible"
+        finding = "OP and PV also change by small steps: the historian leaves out no small changes"
         return CheckResult("exception reporting", "ok", 0.0, 0.0, "deviations", finding)
     levels, signal = min(covered)
     finding = (

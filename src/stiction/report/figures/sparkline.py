@@ -22,7 +22,7 @@ SPARK_TIME, SPARK_HALF_RANGE = 7200.0, 10.0
 """What a small line of OP shows, the same for all loops: time [s], and distance from its mean [% of span]."""
 
 
-def recent_swing(x: NDArray[np.float64], dt: float) -> NDArray[np.float64]:
+def recent_swing(x: NDArray[np.floating], dt: float) -> NDArray[np.float64]:
     """Return the last `SPARK_TIME` of a signal about its mean; what is missing at the front is NaN.
 
     Examples

@@ -199,9 +199,9 @@ def _methods(diagnosis: Diagnosis) -> Block:
     ]
     votes = [row.vote for row in diagnosis.evidence if row.valid]
     caption = (
-        f"The condition of {labels.count_noun(len(votes), 'method')} is met: {votes.count('stiction')} vote for "
-        f"stiction, {votes.count('no_stiction')} against it, {votes.count('undecided')} cannot tell. The methods are "
-        "shown for comparison; the probability does not use their votes."
+        f"{labels.count_noun(len(votes), 'method')} can be used here: {votes.count('stiction')} for stiction, "
+        f"{votes.count('no_stiction')} against it, {votes.count('undecided')} cannot tell. The methods are shown for "
+        "comparison; the probability does not use their votes."
     )
     return Table(["Method", "Index [-]", "Threshold [-]", "Vote", "Condition", "Why", "Source"], rows, caption)
 

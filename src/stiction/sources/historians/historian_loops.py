@@ -170,17 +170,10 @@ class _TagBlocks:
 
     def column(self, tag: HistorianTag, table: RawTable) -> TagColumn:
         """Column of a tag, with a clock of its own."""
-
-        def stamps() -> Stamps:
-            return Stamps(self.read(tag).seconds, "utc")
-
-        def quality() -> pl.Series:
-            return self.read(tag).quality
-
+        clock = Clock(lambda: Stamps(self.read(tag).seconds, "utc"), _utc)
         return TagColumn(
-            tag.name, table, Clock(stamps, _utc), lambda: self.read(tag).values, tag.unit, tag.description,
-            flags={QUALITY: quality},
-            address=tag.address, own_clock=True,
+            tag.name, table, clock, lambda: self.read(tag).values, tag.unit, tag.description,
+            flags={QUALITY: lambda: self.read(tag).quality}, address=tag.address, own_clock=True,
         )  # fmt: skip
 
     def read(self, tag: HistorianTag) -> TagHistory:
