@@ -39,7 +39,9 @@ def test_the_page_shows_sources_alarms_and_changes(folder):
     assert "cannot be reached" in page
     assert "&lt;b&gt;FIC-1&lt;/b&gt;" in page
     assert "<b>FIC-1" not in page
-    assert "Next step: Ramp OP." in page
+    assert "<b>Next step:</b> Ramp OP." in page
+    assert "No window has been judged yet" in page
+    assert '<a href="/#/loops">Loops</a>' in page
     assert "Since yesterday: 1 new." in page
     assert 'data-alarm="' in page
 

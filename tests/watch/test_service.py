@@ -83,7 +83,7 @@ def test_another_window_length_is_refused_while_samples_wait(plant):
         (one.folder / "samples" / "20260302T060000Z.samples").write_bytes(b"")
         one.store.close()
     plant.write_text(plant.read_text().replace('"1h"', '"2h"'))
-    with pytest.raises(RecordError, match="window = '2h' is not that of the samples that wait"):
+    with pytest.raises(RecordError, match="window = '2h' differs from that of the samples that are waiting"):
         asyncio.run(Watch(plant).run_once())
 
 

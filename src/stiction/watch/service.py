@@ -142,8 +142,8 @@ class Watch:
         known = self.store.fact("window", self.config.window_s)
         if known != self.config.window_s and self.samples.windows():
             raise RecordError(
-                f"window = {self.config.window!r} is not that of the samples that wait ({known:g} s); change it back, "
-                "let the open window end, or give another folder.",
+                f"window = {self.config.window!r} differs from that of the samples that are waiting ({known:g} s); "
+                "change it back, let the open window end, or give another folder.",
                 where=self.file,
             )
         self.store.set_fact("window", self.config.window_s)

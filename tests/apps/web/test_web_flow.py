@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import shutil
+import time
 from pathlib import Path
 
 import polars as pl
@@ -14,6 +16,9 @@ from apps.web.running import start_server
 from stiction.apps import cli
 from stiction.apps.output_files import csv_text
 from stiction.report import write_audit_page, write_loop_page
+from stiction.watch.alarm_rules import update_alarms
+from stiction.watch.configuration import AlarmSettings, SourceSettings, WatchConfig
+from stiction.watch.store import WatchStore
 
 SCREENSHOTS = os.environ.get("STICTION_SCREENSHOTS")
 """Folder for pictures of the screens; none are kept without it."""
@@ -368,6 +373,25 @@ def test_every_written_page_is_accessible_in_both_themes(audit_folder, browser, 
         assert faults(page) == [], path.name
     context.close()
     assert not trouble
+
+
+def test_the_page_of_a_watch_is_accessible_at_both_widths(serve, open_page, audit_folder, tmp_path):
+    shutil.copytree(audit_folder / "now", tmp_path / "watch" / "audit")
+    store = WatchStore(tmp_path / "watch")
+    config = WatchConfig(source=(SourceSettings(address="data"),), alarms=AlarmSettings(raise_windows=1))
+    with store.transaction():
+        update_alarms(store, config, st.open_audit(tmp_path / "watch" / "audit").rows, time.time())
+    counts = dict.fromkeys(("tags", "received", "filled", "late", "lost", "breaks"), 3)
+    source = {"connected": True, "failure": "", "warning": "", "refused": {}, **counts}
+    store.set_fact("status", {"time": time.time(), "sources": {"opc.tcp://plant": source}})
+    store.close()
+    page = open_page(serve(str(tmp_path / "watch" / "audit")))
+    page.click("nav >> text=Now")
+    page.wait_for_selector("td:has-text('FIC-101')")
+    for width in (390, 1440):
+        page.set_viewport_size({"width": width, "height": 900})
+        assert faults(page) == [], width
+        picture(page, f"now-{width}")
 
 
 def test_a_very_wide_screen_does_not_scroll_sideways(audit_server, open_page):
