@@ -43,9 +43,7 @@ OTHERS = ("unseen", "stuck", "position")
 NAMES = {"stuck": "stuck", "position": "position as OP"}
 """Model -> the kind that it finds."""
 WRONG_COST = 2.5
-"""Cost of wrong advice over that of asking [-]."""
-LIMITS = np.arange(0.3, 0.91, 0.02).round(2)
-"""Probabilities from which a cause may be named [-]."""
+"""Cost of wrong advice over that of asking; a cause is named from the probability at which both cost the same [-]."""
 SHOWN = 0.9
 """Share of the sticky valves with S above `S_detectable` that must not be called good, of loops not trained on [-]."""
 EVIDENCE = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 10.0, 20.0)
@@ -130,7 +128,7 @@ def fit_causes(table: pl.DataFrame) -> dict[str, Any]:
     }
     seen = np.logical_and.reduce([apart[name] <= limit for name, limit in limits.items()])
     return {
-        "named": _least_named(table, apart), **{f"{name}_limit": limit for name, limit in limits.items()},
+        "named": round(1.0 - 1.0 / WRONG_COST, 3), **{f"{name}_limit": limit for name, limit in limits.items()},
         "min_evidence": _min_evidence(table.filter(pl.Series(seen))), "models": models,
         "provenance": {"loops": table.height, "kinds": table["cause"].n_unique()},
     }  # fmt: skip
@@ -145,16 +143,6 @@ def _predict_apart(table: pl.DataFrame) -> dict[str, np.ndarray]:
         for cause, probability in found.items():
             probability[fold == k] = cause_probabilities(fit_one(train, cause), apart, cause)
     return found
-
-
-def _least_named(table: pl.DataFrame, apart: dict[str, np.ndarray]) -> float:
-    """Least probability from which naming the main cause costs less than asking."""
-    known = apart | {"external": apart["external"] * (1.0 - apart["unseen"])}
-    rows = np.array([known[cause] for cause in CAUSES])
-    main, top = rows.argmax(axis=0), rows.max(axis=0)
-    true = np.array([CAUSES[i] in text.split("+") for i, text in zip(main, table["causes"], strict=True)])
-    cost = [float(np.where(top >= limit, np.where(true, 0.0, WRONG_COST), 1.0).mean()) for limit in LIMITS]
-    return float(LIMITS[int(np.argmin(cost))])
 
 
 def _limit(table: pl.DataFrame, probability: np.ndarray, of: np.ndarray, share: float) -> float:

@@ -45,9 +45,9 @@ RIGHT = {
     case.sticky_secondary: {"sticks", "probably_sticks", "follows"},
 }
 """Kind -> the findings that are right."""
-LEFT_OPEN = {case.load_sine: 1, case.pressure_of_a_pair: 1}
+LEFT_OPEN = {case.load_sine: 1, case.pressure_of_a_pair: 1, case.primary_with_load: 1, case.hunting: 1}
 """Kind -> how many of the five may leave the cause open."""
-WRONG = {case.stuck_600: 1, case.time_proportioned: 2}
+WRONG = {case.stuck_600: 2, case.stuck_900: 1, case.time_proportioned: 2}
 """Kind -> how many of the five still name a false cause, or nothing where something is."""
 NOT_GOOD = (case.stuck, case.stuck_120, case.stuck_600, case.stuck_900, case.quiet_sticky, case.quiet_level,
             case.quiet_pressure, case.sticky_secondary, case.position_as_op)  # fmt: skip
