@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import errno
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
 from stiction.errors import RecordError, Setting, StictionError
 
-__all__ = ["DISK_FULL_ERRNOS", "damaged", "data_error", "failure_of"]
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+__all__ = ["DISK_FULL_ERRNOS", "damage_refused", "damaged", "data_error", "failure_of"]
 
 DISK_FULL_ERRNOS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 """Error numbers of a full disk or an exceeded quota."""
@@ -15,7 +20,21 @@ DISK_FULL_ERRNOS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 def damaged(where: str, error: BaseException, remedy: str = "copy or export it again") -> RecordError:
     """Make the error of a file that a library cannot read, by what the library says."""
     text = " ".join(str(error).split())[:200].rstrip(".") or type(error).__name__
-    return RecordError(f"is damaged ({text}); {remedy}.", where=where)
+    return RecordError(f"is damaged or cut off ({text}); {remedy}.", where=where)
+
+
+@contextmanager
+def damage_refused(where: str, remedy: str = "copy or export it again") -> Iterator[None]:
+    """Say that a file is damaged, instead of any error or panic of the library that reads it."""
+    try:
+        yield
+    except StictionError:
+        raise
+    except BaseException as error:
+        if not isinstance(error, Exception) and type(error).__name__ != "PanicException":
+            raise
+        known = data_error(error, where) if isinstance(error, (OSError, MemoryError)) else None
+        raise known or damaged(where, error, remedy) from None
 
 
 def data_error(error: BaseException, where: str = "") -> StictionError | None:

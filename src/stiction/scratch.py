@@ -18,7 +18,15 @@ from stiction.file_lock import lock_file
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-__all__ = ["ScratchFolder", "inflated_once", "leave_run", "remove_abandoned", "run_folder", "shared_copies"]
+__all__ = [
+    "ScratchFolder",
+    "environment_variable",
+    "inflated_once",
+    "leave_run",
+    "remove_abandoned",
+    "run_folder",
+    "shared_copies",
+]
 
 PREFIX = "stiction-run-"
 OWNER_LOCK, MEMBERS = "owner.lock", "members.json"
@@ -105,17 +113,27 @@ class ScratchFolder:
 
 
 @contextmanager
-def shared_copies() -> Iterator[None]:
-    """Let this process and the workers that it starts decompress each file once."""
-    before = os.environ.get(SHARED_VARIABLE)
-    folder = os.environ[SHARED_VARIABLE] = mkdtemp(prefix="copies-", dir=run_folder())
+def environment_variable(name: str, value: str) -> Iterator[None]:
+    """Set a variable of this process and of those that it starts, and restore what it was."""
+    before = os.environ.get(name)
+    os.environ[name] = value
     try:
         yield
     finally:
         if before is None:
-            os.environ.pop(SHARED_VARIABLE, None)
+            os.environ.pop(name, None)
         else:
-            os.environ[SHARED_VARIABLE] = before
+            os.environ[name] = before
+
+
+@contextmanager
+def shared_copies() -> Iterator[None]:
+    """Let this process and the workers that it starts decompress each file once."""
+    folder = mkdtemp(prefix="copies-", dir=run_folder())
+    try:
+        with environment_variable(SHARED_VARIABLE, folder):
+            yield
+    finally:
         rmtree(folder, ignore_errors=True)
 
 

@@ -159,7 +159,8 @@ def test_lost_block_means_are_computed_again(tmp_path, damage):
     require_same(st.audit(source, copy, workers=1), first)
 
 
-def test_damaged_ledger_says_what_is_lost_and_how_to_rebuild(tmp_path):
+@pytest.mark.parametrize("damage", ["noise", "empty"])
+def test_damaged_ledger_says_what_is_lost_and_how_to_rebuild(damage, tmp_path):
     source = write_plant(tmp_path / "plant.parquet", 3)
     st.audit(source, tmp_path / "audit", workers=1)
     path = tmp_path / "audit" / "ledger.sqlite"
@@ -167,7 +168,7 @@ def test_damaged_ledger_says_what_is_lost_and_how_to_rebuild(tmp_path):
         database.execute("PRAGMA journal_mode = DELETE")
     data = bytearray(path.read_bytes())
     data[4096:] = os.urandom(len(data) - 4096)
-    path.write_bytes(data)
+    path.write_bytes(data if damage == "noise" else b"")
     match = (
         r"is damaged \(.*results in it are lost, but not labels.csv.*delete ledger.sqlite,.*run the same audit again"
     )

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from stiction.diagnosis.oscillation.phase_average import average_by_phase
 from stiction.records.correlation import lagged_products
-from stiction.records.phase_average import average_by_phase
 
 
 @pytest.mark.parametrize(("n", "lags"), [(50, 50), (51, 7), (3000, 40), (9000, 9000), (20_000, 300)])

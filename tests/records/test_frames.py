@@ -97,7 +97,7 @@ def test_one_loop_is_read_alone(tmp_path: Path) -> None:
     assert stored is not None
     assert stored.tags == [loop.tag for loop in loops]
     assert stored.read_one(2) == loops[2]
-    with pytest.raises(RecordError, match="has no loop 'FIC9'; give one of FIC0, FIC1"):
+    with pytest.raises(RecordError, match="has no loop 'FIC9'; its loops are FIC0, FIC1"):
         read(tmp_path / "a.parquet", tag="FIC9")
 
 

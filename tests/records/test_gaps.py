@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from stiction.diagnosis.oscillation.phase_average import average_by_phase
 from stiction.records import LoopRecord
 from stiction.records.analysis_window import forward_fill_sp
 from stiction.records.gaps import fill_short_gaps, forward_fill, interpolate_gaps, missing_mask
 from stiction.records.masks import RecordMasks
-from stiction.records.phase_average import average_by_phase
 from stiction.records.quality.compression import is_stored_on_change
 from stiction.records.quality.quantisation import count_values, robust_range
 from stiction.records.record import mask_outliers

@@ -25,7 +25,8 @@ from calibration.historian import (
 )
 from stiction.diagnosis.oscillation import find_oscillation
 from stiction.models import FOPDT, PID, Ideal, Integrating, Kano, Loop
-from stiction.records import LoopRecord, assess_quality, usable_segment
+from stiction.records import LoopRecord, assess_quality
+from stiction.records.conditioned import condition
 from stiction.records.quality.moving_average import detect_averaging_window
 from stiction.simulation import simulate
 
@@ -78,7 +79,7 @@ def silent():
 
 
 def judged(record):
-    found = find_oscillation(usable_segment(record))
+    found = find_oscillation(condition(record).part)
     return assess_quality(record, found.period if found.oscillating else None)
 
 

@@ -14,7 +14,8 @@ from hypothesis import strategies as some
 
 import stiction as st
 from stiction.errors import RecordError
-from stiction.records import LoopRecord, Provenance, assess_quality, summarise, usable_segment
+from stiction.records import LoopRecord, Provenance, assess_quality, summarise
+from stiction.records.conditioned import condition
 
 pytestmark = pytest.mark.quick
 
@@ -58,9 +59,10 @@ def test_a_cut_counts_its_own_missing_samples():
     whole = replace(whole, op=op, pv=pv, provenance=Provenance(missing_samples=20, rows=N))
     parts = [whole.window(*span) for span in ((0, 100), (0, 115), (108, 1000), (120, N))]
     assert [part.provenance.missing_samples for part in parts] == [0, 15, 12, 0]
-    assert [line.bad_percent for line in summarise(parts).loops] == pytest.approx([0, 1500 / 115, 1200 / 892, 0])
+    percents = [line.record.missing_percent for line in summarise(parts).loops]
+    assert percents == pytest.approx([0, 1500 / 115, 1200 / 892, 0])
     assert replace(whole, pv=None).window(108, 1000).provenance.missing_samples == 2
-    assert usable_segment(replace(whole, auto=None)).provenance.missing_samples == 20
+    assert condition(replace(whole, auto=None)).part.provenance.missing_samples == 20
 
 
 def test_a_cut_takes_its_part_of_what_was_made_up():

@@ -12,7 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as some
 
 from stiction.errors import ParameterError
-from stiction.records import LoopRecord, analysis_window, assess_quality, usable_segment
+from stiction.records import LoopRecord, analysis_window, assess_quality
+from stiction.records.conditioned import condition
 
 N = 1200
 PERIOD = 60.0
@@ -252,7 +253,7 @@ def test_missing_values_and_bridged_gaps(good):
     assert found.value == pytest.approx(100 * 33 / N)
     assert "longest gap lasts 30 s" in found.why
     assert analysis_window(record) == (0, 700)
-    part = usable_segment(record)
+    part = condition(record).part
     assert len(part) == 700
     np.testing.assert_allclose(part.pv[100:103], pv[99] + (pv[103] - pv[99]) * np.array([0.25, 0.5, 0.75]))
     assert any("3 missing samples were filled" in guess for guess in part.provenance.assumptions)
@@ -395,5 +396,5 @@ def test_window_is_the_longest_segment_without_faults(data, n):
     first, last = longest(20)
     too_few = bad[first:last].sum() > 0.2 * (last - first)
     assert analysis_window(record) == (longest(5) if too_few else (first, last))
-    assert not np.isnan(usable_segment(record).op).any()
+    assert not np.isnan(condition(record).part.op).any()
     assess_quality(record, period=10.0)

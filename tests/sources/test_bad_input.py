@@ -184,9 +184,10 @@ def test_summary_tells_rows_loops_period_gaps_bad_values_and_assumptions():
     )
     report = summarise(read(io.BytesIO(text.encode())))
     [line] = report.loops
-    assert (line.tag, line.rows, line.samples, line.dt) == ("FIC-1", 60, 60, 5)
-    assert (line.bad_percent, line.gaps, line.longest_gap_s, line.auto_percent) == (10, 1, 30, 100)
-    assert (line.bad_values, line.op_unit, line.unused_columns) == ({"Bad": 6}, "% of span", ())
+    stored = line.to_dict()
+    assert [stored[key] for key in ("tag", "rows", "samples", "dt")] == ["FIC-1", 60, 60, 5]
+    assert [stored[key] for key in ("bad_percent", "gaps", "longest_gap_s", "auto_percent")] == [10, 1, 30, 100]
+    assert [stored[key] for key in ("bad_values", "op_unit", "unused_columns")] == [{"Bad": 6}, "% of span", []]
     shown = report.summary()
     for part in (
         "1 loop read",

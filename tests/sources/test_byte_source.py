@@ -20,6 +20,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stiction.errors import RecordError
+from stiction.scratch import OWNER_LOCK, RUN_VARIABLE
 from stiction.sources.byte_source import HEAD_BYTES, open_sources
 from stiction.sources.options import ReadOptions
 
@@ -45,10 +46,11 @@ def opened(data, **options):
 
 @pytest.fixture
 def scratch(tmp_path, monkeypatch):
-    """The folder in which temporary files are made; it must be empty at the end."""
+    """The folder of temporary files, with a run folder of its own; it must hold no files but its lock at the end."""
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setenv(RUN_VARIABLE, "")
     yield tmp_path
-    assert list(tmp_path.iterdir()) == []
+    assert [path.name for path in tmp_path.rglob("*") if path.is_file()] in ([], [OWNER_LOCK])
 
 
 @pytest.mark.parametrize(
@@ -68,7 +70,7 @@ def test_the_bytes_come_out_as_they_were_packed(pack, scratch):
     assert source.path.read_bytes() == TEXT
     assert (source.head, source.size) == (TEXT[:HEAD_BYTES], len(TEXT))
     assert source.origin.sha256 == hashlib.sha256(data).hexdigest()
-    source.close()
+    source.scratch.delete()
 
 
 @pytest.mark.parametrize(
@@ -86,7 +88,7 @@ def test_a_path_is_read_where_it_is(name, pack, stem, tmp_path):
     assert (source.origin.name, source.origin.stem) == (str(path), stem)
     assert source.path.read_bytes() == TEXT
     assert (source.path == path) == (pack is bytes)
-    source.close()
+    source.scratch.delete()
     assert [file.name for file in tmp_path.iterdir()] == [name]  # nothing is written beside the source
 
 
@@ -101,14 +103,14 @@ def test_an_archive_of_several_files_gives_each(scratch):
     ]
     assert all(source.path.read_bytes() == TEXT for source in sources)
     for source in sources:
-        source.close()
+        source.scratch.delete()
 
 
 def test_a_workbook_is_not_unpacked(scratch):
     data = make_zip(**{"[Content_Types].xml": b"<x/>", "xl/workbook.xml": b"<x/>"})
     [source] = opened(data)
     assert source.path.read_bytes() == data
-    source.close()
+    source.scratch.delete()
 
 
 def encrypted_zip():
@@ -158,7 +160,7 @@ def test_the_limit_is_on_the_size_after_decompression(pack, scratch):
     with pytest.raises(RecordError, match=r"is larger than 0.03 MB.*\(0.0\d+ MB so far\).*max_bytes"):
         opened(pack(TEXT), max_bytes=30_000)
     [source] = opened(pack(TEXT), max_bytes=len(TEXT))
-    source.close()
+    source.scratch.delete()
 
 
 class Endless(io.RawIOBase):
@@ -233,4 +235,4 @@ def test_a_damaged_archive_is_refused_or_gives_the_bytes(pack, place, flip, cut)
         if data[:2] in (b"\x1f\x8b", b"\x28\xb5") and sources[0].path.read_bytes() != bytes(data):
             assert sources[0].path.read_bytes() == TEXT
         for source in sources:
-            source.close()
+            source.scratch.delete()

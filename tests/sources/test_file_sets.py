@@ -207,3 +207,13 @@ def test_following_files_of_another_sampling_period_or_scale_are_not_joined(tmp_
     for step, scale, loops in ((1, 1.0, 1), (5, 1.0, 2), (1, 0.01, 2)):
         write("b.csv", 200, step, scale)
         assert len(st.read([tmp_path / "a.csv", tmp_path / "b.csv"])) == loops, (step, scale)
+
+
+def test_files_of_one_name_and_without_a_tag_are_not_one_loop(tmp_path: Path) -> None:
+    for seed, folder in enumerate(("north", "south")):
+        (tmp_path / folder).mkdir()
+        write(tmp_path / folder / "trend.csv", "", seed=seed)
+    files = [tmp_path / folder / "trend.csv" for folder in ("north", "south")]
+    with pytest.raises(st.RecordError, match=r"2 files without a tag have this name \(.*north.*, .*south.*\); give"):
+        st.read(files, tag="trend")
+    assert [one.tag for one in st.read(files[:1], tag="X")] == ["X"]

@@ -115,7 +115,7 @@ def test_another_clock_or_a_temperature_makes_no_pairs(header, other):
     if header.startswith("Date"):
         rows = [(*stamp(k).split(" "), PV[k], OP[k]) for k in K]
     table = table_of(header, rows)
-    assert not time_value_pairs.recognises(table, ReadOptions())
+    assert time_value_pairs.read(table, ReadOptions()) is None
     columns = {column.name: column for column in read_layout([table], ReadOptions())}
     assert [float(cell) for cell in columns["OP"].cells] == OP.tolist()
     assert columns["OP"].clock is columns["PV"].clock

@@ -91,7 +91,7 @@ def test_blocks_of_one_tag_are_joined():
 @pytest.mark.parametrize("title", ["FIC101.PV", "Tag: FIC101.PID", "Tag: FIC101.PV\nTag: FIC101.OP", "Tag: FIC101.PV"])
 def test_a_line_above_one_loop_makes_no_blocks(title):
     table = table_of(title + "\nTime,PV,OP\n" + "\n".join(f"{stamp(k)},{PV[k]},{OP[k]}" for k in K) + "\n")
-    assert not stacked_tags.recognises(table, ReadOptions())
+    assert stacked_tags.read(table, ReadOptions()) is None
 
 
 def test_loops_below_each_other():

@@ -6,9 +6,10 @@ import polars as pl
 import pytest
 
 from stiction.errors import RecordError
+from stiction.records.atomic_write import write_atomically
 from stiction.sources.options import ReadOptions
 from stiction.sources.roles.assign import assign_roles
-from stiction.sources.roles.map_file import read_map, write_map
+from stiction.sources.roles.map_file import map_text, read_map
 from stiction.sources.table import Origin, RawTable, TagColumn
 
 
@@ -106,7 +107,7 @@ def test_a_written_map_gives_the_same_loops(columns, tmp_path):
     chosen.spans["op"], chosen.units["op"], chosen.area = (4.0, 20.0), "mA", 'north, "old"'
     path = tmp_path / "map.csv"
     path.write_text("old", encoding="utf-8")
-    write_map([level, chosen], path)
+    write_atomically(map_text([level, chosen]), path)
     back = assign_roles(columns, ReadOptions(), read_map(path))
     assert [loop.tag for loop in back] == ["LIC9", "plant"]
     assert [loop.roles for loop in back] == [level.roles, chosen.roles]
@@ -117,7 +118,7 @@ def test_a_written_map_gives_the_same_loops(columns, tmp_path):
 def test_a_written_map_lists_unused_columns_which_an_edit_can_use(columns, tmp_path):
     [chosen] = assign_roles(columns[:3], ReadOptions(columns={"pv": "AI1", "op": "AO2"}))
     path = tmp_path / "map.csv"
-    write_map([chosen], path)
+    write_atomically(map_text([chosen]), path)
     assert path.read_text().splitlines()[1:] == [
         "AI1,plant,pv,,,,,,,", "AO2,plant,op,,,,,,,", "AI3,plant,unused,,,,,,,",
     ]  # fmt: skip
@@ -131,6 +132,6 @@ def test_a_written_map_lists_unused_columns_which_an_edit_can_use(columns, tmp_p
 def test_columns_without_a_name_are_mapped_by_their_number(columns, tmp_path):
     nameless = [TagColumn("", one.table, None, one.load, position=one.position) for one in columns[:2]]
     [chosen] = assign_roles(nameless, ReadOptions(columns={"pv": 0, "op": 1}))
-    write_map([chosen], tmp_path / "map.csv")
+    write_atomically(map_text([chosen]), tmp_path / "map.csv")
     [back] = assign_roles(nameless, ReadOptions(), read_map(tmp_path / "map.csv"))
     assert back.roles == chosen.roles

@@ -195,7 +195,7 @@ def test_the_map_names_the_good_codes(tmp_path):
     [record] = st.read(path, map=plan)
     assert np.flatnonzero(np.isnan(record.pv)).tolist() == [k for k in range(N) if k % 10 > 7]
     plan.write_text("tag,loop,role,good\nPV,FIC1,pv,0\nOP,FIC1,op,\n")
-    with pytest.raises(RecordError, match="give it to a quality column"):
+    with pytest.raises(RecordError, match="give it for a quality column"):
         st.read(path, map=plan)
 
 

@@ -89,6 +89,8 @@ def assert_same(table: RawTable) -> None:
     headings = [name.replace("_", ".") for name in table.header[0]]
     assert headings == list(DATA)
     time = table.column(0)
+    if time.dtype == pl.Float64:  # day numbers of MATLAB, 719 529 on 1 January 1970
+        time = pl.from_epoch(((time - 719_529.0) * 86_400e3).round().cast(pl.Int64), time_unit="ms")
     stamps = time.str.replace(r"\.0+$", "").str.to_datetime() if time.dtype == pl.String else time
     assert stamps.dt.replace_time_zone(None).to_list() == DATA["Time"]
     for k, name in enumerate(list(DATA)[1:], start=1):

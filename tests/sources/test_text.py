@@ -165,7 +165,6 @@ def test_a_file_cut_off_within_its_last_row_is_reported(end, left, encoding):
 
 
 BAD = {
-    "binary": (bytes(range(256)) * 20, "is binary, not text; export"),
     "prose": (b"Dear all,\nplease find the trend attached.\n", "no row of numbers"),
     "header only": (b"time_s,PV,OP\n", "no row of numbers"),
     "a very long line": (b"1," * 2_000_000, "line 1: is longer than 1000000 characters"),

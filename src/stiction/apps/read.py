@@ -74,9 +74,10 @@ def read(
 
         to_parquet(contents.records, targets["--out"])
     if "--write-map" in targets:
-        from stiction.sources.roles.map_file import write_map as write
+        from stiction.records.atomic_write import write_atomically
+        from stiction.sources.roles.map_file import map_text
 
-        write(roles, targets["--write-map"])
+        write_atomically(map_text(roles), targets["--write-map"])
     for option, target in targets.items():
         (print_err if as_json else print_out)(f"{'Loops' if option == '--out' else 'Map'}: {target}")
     return 0

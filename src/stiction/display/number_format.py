@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
-__all__ = ["count_noun", "format_interval", "format_number", "format_probability"]
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+__all__ = ["count_noun", "format_interval", "format_number", "format_probability", "list_first"]
 
 MIN_SHARE_OF_INTERVAL = 1e-3
 """Share of the largest interval end below which a value is shown as 0 [-]."""
@@ -43,6 +47,15 @@ def count_noun(number: int, noun: str, plural: str = "") -> str:
     ('1 row', '3 rows', '2 stretches')
     """
     return f"{number} {noun if number == 1 else plural or f'{noun}s'}"
+
+
+def list_first(texts: Sequence[str], most: int) -> str:
+    """List the first texts, and say how many more there are.
+
+    >>> list_first(["a", "b", "c"], 5), list_first(["a", "b", "c"], 1)
+    ('a, b, c', 'a and 2 more')
+    """
+    return ", ".join(texts[:most]) + (f" and {len(texts) - most} more" if len(texts) > most else "")
 
 
 def format_interval(value: float, low: float, high: float) -> tuple[str, str, str]:

@@ -1,6 +1,6 @@
 """Loop records: the signals of one control loop, and their data checks."""
 
-from stiction.records.analysis_window import analysis_window, usable_segment
+from stiction.records.analysis_window import analysis_window
 from stiction.records.assess import Quality, assess_quality
 from stiction.records.check_result import CheckResult
 from stiction.records.read_summary import ReadSummary, summarise
@@ -18,5 +18,4 @@ __all__ = [
     "analysis_window",
     "assess_quality",
     "summarise",
-    "usable_segment",
 ]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,7 +11,6 @@ from stiction.records.gaps import (
     MAX_BRIDGED_SHARE,
     MAX_FILLED_GAP,
     forward_fill,
-    interpolate_gaps,
     missing_mask,
 )
 from stiction.records.masks import RecordMasks
@@ -25,7 +23,7 @@ if TYPE_CHECKING:
 
     from stiction.records.record import LoopRecord
 
-__all__ = ["analysis_window", "forward_fill_sp", "usable_segment"]
+__all__ = ["analysis_window", "forward_fill_sp"]
 
 
 def analysis_window(record: LoopRecord, masks: RecordMasks | None = None) -> tuple[int, int]:
@@ -96,45 +94,6 @@ def _longest_run(missing: NDArray[np.bool_], blocked: NDArray[np.bool_], max_gap
         if inside and last - first <= max_gap and not blocked[first:last].any():
             good[first:last] = True
     return max(runs(good), key=lambda run: run[1] - run[0], default=(0, 0))
-
-
-def usable_segment(record: LoopRecord, window: tuple[int, int] | None = None) -> LoopRecord:
-    """Cut the analysis window as a record of its own, with gaps filled.
-
-    Parameters
-    ----------
-    record : LoopRecord
-        A record of one loop.
-    window : (int, int), optional
-        What `analysis_window` gives for it, when it is known [samples].
-
-    Returns
-    -------
-    LoopRecord
-        The samples of `analysis_window`; empty when there is none. OP and PV follow a straight line over a gap, and the
-        set point keeps its last value (see `forward_fill_sp`); the valve position is as recorded. In its provenance
-        `missing_samples` counts the filled samples, and the assumptions say what was filled.
-
-    Examples
-    --------
-    >>> from stiction.records import LoopRecord, usable_segment
-    >>> op = 7 * [float("nan")] + [50.0, 51.0, float("nan"), 52.0]
-    >>> part = usable_segment(LoopRecord("FIC-101", 1.0, op=op, pv=op))
-    >>> part.op.tolist(), part.provenance.missing_samples, part.provenance.assumptions
-    ([50.0, 51.0, 51.5, 52.0], 1, ('1 missing samples were filled by straight lines.',))
-    """
-    first, last = window or analysis_window(record)
-    part = record.window(first, last)
-    if not len(part):
-        return part
-    sp, about_sp = forward_fill_sp(record, first, last)
-    signals = {"op": part.op, "pv": part.pv}
-    filled = {name: interpolate_gaps(x) for name, x in signals.items() if x is not None}
-    count = int(missing_mask(part.op, part.pv).sum())
-    about_gaps = f"{count} missing samples were filled by straight lines." if count else ""
-    added = tuple(text for text in (about_gaps, about_sp) if text)
-    origin = replace(part.provenance, assumptions=(*part.provenance.assumptions, *added))
-    return replace(part, **filled, sp=sp, provenance=origin)
 
 
 def forward_fill_sp(

@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stiction.records.check_result import CheckResult
-    from stiction.records.masks import RecordMasks
     from stiction.records.record import LoopRecord
 
 __all__ = ["CheckInput", "Quality", "assess_quality"]
@@ -48,44 +47,29 @@ class CheckInput:
     period: float | None
     """Period of the oscillation [s], when it is known."""
 
-    @property
-    def record(self) -> LoopRecord:
-        """The whole record."""
-        return self.conditioned.record
-
-    @property
-    def masks(self) -> RecordMasks:
-        """Where its OP is at a limit or moved in manual, and where its PV is frozen."""
-        return self.conditioned.masks
-
     @cached_property
     def part(self) -> LoopRecord:
         """Its longest usable segment, with all gaps."""
-        return self.record.window(self.conditioned.first, self.conditioned.last)
-
-    @cached_property
-    def whole(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """OP and PV of the record without gaps [units of the record]; PV is empty when it was not recorded."""
-        pv = self.record.pv
-        return forward_fill(self.record.op), np.empty(0) if pv is None else forward_fill(pv)
+        return self.conditioned.record.window(self.conditioned.first, self.conditioned.last)
 
     @cached_property
     def steps(self) -> tuple[float, float]:
         """Quantisation steps of OP and PV [units of the record]."""
-        if len(self.part) == len(self.record):
+        record = self.conditioned.record
+        if len(self.part) == len(record):
             return self.conditioned.op_step, self.conditioned.pv_step
-        return quantisation_step(self.whole[0]), quantisation_step(self.whole[1])
+        pv = np.empty(0) if record.pv is None else forward_fill(record.pv)
+        return quantisation_step(forward_fill(record.op)), quantisation_step(pv)
 
     @cached_property
     def op(self) -> NDArray[np.float64]:
         """OP of the segment without gaps [unit of the record], shape (n_samples,)."""
-        return self.whole[0] if len(self.part) == len(self.record) else forward_fill(self.part.op)
+        return forward_fill(self.part.op)
 
     @cached_property
     def pv(self) -> NDArray[np.float64]:
         """PV of the segment without gaps [engineering units], shape (n_samples,); empty when it was not recorded."""
-        whole = self.part.pv is None or len(self.part) == len(self.record)
-        return self.whole[1] if whole or self.part.pv is None else forward_fill(self.part.pv)
+        return np.empty(0) if self.part.pv is None else forward_fill(self.part.pv)
 
     @cached_property
     def swings(self) -> tuple[float, float]:
@@ -100,15 +84,18 @@ class CheckInput:
         """Time of a cycle [s]: the period, else the mean time between upward crossings of OP's mean, if six or more."""
         if self.period is not None:
             return self.period
-        above = self.whole[0] > np.nanmean(self.whole[0]) if np.isfinite(self.whole[0]).any() else np.zeros(2, bool)
+        record = self.conditioned.record
+        op = forward_fill(record.op)
+        above = op > np.nanmean(op) if np.isfinite(op).any() else np.zeros(2, bool)
         crossings = int(np.sum(above[1:] & ~above[:-1]))
-        return self.record.duration / crossings if crossings >= 6 else None
+        return record.duration / crossings if crossings >= 6 else None
 
     @cached_property
     def is_cut_too_short(self) -> bool:
         """Whether the segment is too short for a diagnosis and the whole record would not be."""
-        needed = max(MIN_SAMPLES * self.record.dt, MIN_CYCLES * (self.cycle or 0.0))
-        return self.part.duration < needed <= self.record.duration
+        record = self.conditioned.record
+        needed = max(MIN_SAMPLES * record.dt, MIN_CYCLES * (self.cycle or 0.0))
+        return self.part.duration < needed <= record.duration
 
 
 @dataclass(frozen=True, slots=True)
@@ -194,7 +181,7 @@ def assess_quality(record: LoopRecord | Conditioned, period: float | None = None
 
 def _check_loop(data: CheckInput) -> Iterator[CheckResult | None]:
     """What the loop did: enough samples, cycles and movement, in automatic, with OP inside its limits."""
-    record, part, masks = data.record, data.part, data.masks
+    record, part, masks = data.conditioned.record, data.part, data.conditioned.masks
     cut = data.is_cut_too_short
     yield check_length(len(part), len(record))
     if data.period is not None:
@@ -218,12 +205,12 @@ def _check_loop(data: CheckInput) -> Iterator[CheckResult | None]:
 
 def _check_storage(data: CheckInput) -> Iterator[CheckResult | None]:
     """What the historian and the reader did to the signals."""
-    record, op, pv = data.record, data.op, data.pv
+    record, op, pv = data.conditioned.record, data.op, data.pv
     per_cycle = None if data.period is None else data.period / record.dt
     if record.pv is not None:
         yield check_compression(op, pv, data.steps, (data.cycle or data.part.duration) / record.dt)
         # The whole record, because a long hold of OP counts as manual and is cut out.
-        yield check_exception_reporting(record.op, record.pv, data.steps, data.masks.at_limit)
+        yield check_exception_reporting(record.op, record.pv, data.steps, data.conditioned.masks.at_limit)
         yield check_held_values(op, pv, per_cycle)
         yield check_storage_rate(op, pv)
         if data.part.pv is not None:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.records.analysis_window import analysis_window, usable_segment
-from stiction.records.gaps import fill_short_gaps, missing_mask
+from stiction.records.analysis_window import analysis_window, forward_fill_sp
+from stiction.records.gaps import fill_short_gaps, interpolate_gaps, missing_mask
 from stiction.records.masks import RecordMasks
 from stiction.records.quality.quantisation import different_values, peak_to_peak, quantisation_step, robust_range
 from stiction.records.record import mask_outliers
@@ -72,7 +72,7 @@ class Conditioned:
     @property
     def moves(self) -> bool:
         """Whether OP and PV vary, so that a valve can be searched for."""
-        return peak_to_peak(self.op) > 1e-9 * _size(self.op) and peak_to_peak(self.pv) > 1e-9 * _size(self.pv)
+        return all(peak_to_peak(x) > 1e-9 * float(np.abs(x).max(initial=0.0)) for x in (self.op, self.pv))
 
     def without(self, stretches: Iterable[tuple[int, int]]) -> Conditioned:
         """Leave out stretches of samples (first, one past the last), and choose the part to analyse again."""
@@ -93,7 +93,8 @@ def condition(record: LoopRecord) -> Conditioned:
 def _conditioned(record: LoopRecord) -> Conditioned:
     masks = RecordMasks(record)
     first, last = analysis_window(record, masks)
-    cut, part = record.window(first, last), usable_segment(record, (first, last))
+    cut = record.window(first, last)
+    part = _filled(record, first, last) if len(cut) else cut
     values = [np.empty(0) if x is None else different_values(x) for x in (cut.op, cut.pv)]
     missing = missing_mask(cut.op, cut.pv)
     gaps = missing_mask(fill_short_gaps(cut.op), None if cut.pv is None else fill_short_gaps(cut.pv))
@@ -107,5 +108,13 @@ def _conditioned(record: LoopRecord) -> Conditioned:
     )  # fmt: skip
 
 
-def _size(x: NDArray[np.float64]) -> float:
-    return float(np.abs(x).max()) if x.size else 0.0
+def _filled(record: LoopRecord, first: int, last: int) -> LoopRecord:
+    """Cut a segment and fill its gaps; its assumptions say what was filled."""
+    part, (sp, about_sp) = record.window(first, last), forward_fill_sp(record, first, last)
+    signals = {"op": part.op, "pv": part.pv}
+    filled = {name: interpolate_gaps(x) for name, x in signals.items() if x is not None}
+    count = int(missing_mask(part.op, part.pv).sum())
+    about_gaps = f"{count} missing samples were filled by straight lines." if count else ""
+    added = tuple(text for text in (about_gaps, about_sp) if text)
+    origin = replace(part.provenance, assumptions=(*part.provenance.assumptions, *added))
+    return replace(part, **filled, sp=sp, provenance=origin)

@@ -8,7 +8,7 @@ from dataclasses import asdict
 from typing import Any
 
 from stiction.errors import RecordError, Setting
-from stiction.records.atomic_write import output_path
+from stiction.records.atomic_write import output_path, unwritable_error
 from stiction.records.frames import SIGNALS, as_records, stack_records
 
 __all__ = ["FORMAT_VERSION", "METADATA_KEY", "to_parquet"]
@@ -56,7 +56,7 @@ def to_parquet(records: Any, path: str | os.PathLike[str]) -> None:
         frame.write_parquet(part, metadata={METADATA_KEY: text}, row_group_size=max(group, 1))
         os.replace(part, target)
     except OSError as error:
-        raise RecordError(f"cannot be written ({error.strerror or error}); check the folder.", where=path) from None
+        raise unwritable_error(target, error) from None
     finally:
         part.unlink(missing_ok=True)
 

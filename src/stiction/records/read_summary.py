@@ -11,12 +11,13 @@ import numpy as np
 
 from stiction.display.duration_format import format_seconds, format_time
 from stiction.display.json_form import Result
-from stiction.display.number_format import count_noun
+from stiction.display.number_format import count_noun, list_first
 from stiction.records.gaps import missing_mask
 from stiction.records.runs import run_lengths, runs
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable
+    from datetime import datetime
 
     from stiction.records.record import LoopRecord
 
@@ -31,64 +32,66 @@ MAX_LOOPS = 3
 
 
 @dataclass(frozen=True, slots=True)
-class LoopSummary:
+class LoopSummary(Result):
     """What was read of one loop."""
 
-    tag: str
-    """Name of the loop."""
-    source: str
-    """Where it was read from."""
-    loop_type: str
-    """One of `LOOP_TYPES`."""
-    rows: int
-    """Rows in the source."""
-    samples: int
-    """Samples of the record, gaps included."""
-    dt: float
-    """Sampling period [s]."""
-    bad_percent: float
-    """Samples in which OP or PV is missing [%]."""
+    _json_keys = (
+        "record.tag as tag", "record.provenance.source as source", "record.loop_type as loop_type",
+        "record.provenance.rows as rows", "samples", "record.dt as dt", "record.missing_percent as bad_percent", "gaps",
+        "longest_gap_s", "auto_percent", "record.provenance.pv_unit as pv_unit", "op_unit",
+        "record.provenance.columns as columns", "record.provenance.unused_columns as unused_columns",
+        "record.provenance.bad_values as bad_values", "record.start as start", "end",
+    )  # fmt: skip
+
+    record: LoopRecord
+    """The record, with its provenance."""
     gaps: int
     """Gaps of OP or PV [-]."""
     longest_gap_s: float
     """Longest of them [s]."""
-    auto_percent: float | None
-    """Samples in automatic [%]; None when the mode was not recorded."""
-    pv_unit: str
-    """Unit of PV; empty when unknown."""
-    op_unit: str
-    """Unit of OP."""
-    columns: dict[str, str]
-    """Signal -> column of the source."""
-    unused_columns: tuple[str, ...]
-    """Columns that stand beside a signal of the loop and were not used."""
-    bad_values: dict[str, int]
-    """Kind of bad value -> how often."""
-    start: str | None = None
-    """Time of the first sample, ISO 8601; None when the source has no date."""
-    end: str | None = None
-    """Time of the last sample."""
+
+    @property
+    def samples(self) -> int:
+        """Samples of the record, gaps included."""
+        return len(self.record)
+
+    @property
+    def auto_percent(self) -> float | None:
+        """Samples in automatic [%]; None when the mode was not recorded."""
+        return None if self.record.auto is None or not self.samples else 100.0 * float(np.mean(self.record.auto))
+
+    @property
+    def op_unit(self) -> str:
+        """Unit of OP, by the source or by its values."""
+        return self.record.provenance.op_unit or self.record.op_unit
+
+    @property
+    def end(self) -> datetime | None:
+        """Time of the last sample; None when the source has no date."""
+        start = self.record.start
+        return start and start + timedelta(seconds=max(0, self.samples - 1) * self.record.dt)
 
     def summary(self) -> str:
         """Return the loop as text."""
-        columns = ", ".join(f"{signal.upper()} = {column}" for signal, column in self.columns.items())
+        record, origin = self.record, self.record.provenance
+        columns = ", ".join(f"{signal.upper()} = {column}" for signal, column in origin.columns.items())
         gaps = (
             f" ({count_noun(self.gaps, 'gap')}, the longest {format_seconds(self.longest_gap_s)})" if self.gaps else ""
         )
         auto = "" if self.auto_percent is None else f", {self.auto_percent:.3g} % in automatic"
-        span = f" from {format_time(self.start)} to {format_time(self.end)}" if self.start else ""
-        unit = f"PV in {self.pv_unit}" if self.pv_unit else ""
+        span = f" from {format_time(record.start)} to {format_time(self.end)}" if record.start else ""
+        unit = f"PV in {origin.pv_unit}" if origin.pv_unit else ""
         tail = "".join(f"; {part}" for part in (columns, unit) if part)
         lines = [
-            f"{self.tag} ({self.loop_type}) from {self.source}: {count_noun(self.rows, 'row')}, "
+            f"{record.tag} ({record.loop_type}) from {origin.source}: {count_noun(origin.rows, 'row')}, "
             f"{count_noun(self.samples, 'sample')} every "
-            f"{self.dt:.6g} s{span}, {self.bad_percent:.3g} % without OP or PV{gaps}{auto}{tail}"
+            f"{record.dt:.6g} s{span}, {record.missing_percent:.3g} % without OP or PV{gaps}{auto}{tail}"
         ]
-        if self.bad_values:
-            kinds = [f"{n} x {kind!r}" for kind, n in Counter(self.bad_values).most_common()]
-            lines.append(f"  bad values: {_first(kinds, MAX_BAD_VALUES)}")
-        if self.unused_columns:
-            lines.append(f"  not used: {_first(self.unused_columns, MAX_UNUSED)}")
+        if origin.bad_values:
+            kinds = [f"{n} x {kind!r}" for kind, n in Counter(origin.bad_values).most_common()]
+            lines.append(f"  bad values: {list_first(kinds, MAX_BAD_VALUES)}")
+        if origin.unused_columns:
+            lines.append(f"  not used: {list_first(origin.unused_columns, MAX_UNUSED)}")
         return "\n".join(lines)
 
 
@@ -140,39 +143,12 @@ def summarise(records: Iterable[LoopRecord]) -> ReadSummary:
     return ReadSummary(
         tuple(_loop_summary(record) for record in records),
         tuple(
-            text if len(of) == len(records) else f"{_first(list(dict.fromkeys(of)), MAX_LOOPS)}: {text}"
+            text if len(of) == len(records) else f"{list_first(list(dict.fromkeys(of)), MAX_LOOPS)}: {text}"
             for text, of in owners.items()
         ),
     )
 
 
-def _first(texts: Sequence[str], most: int) -> str:
-    """List the first texts, and say how many more there are."""
-    more = f" and {len(texts) - most} more" if len(texts) > most else ""
-    return ", ".join(texts[:most]) + more
-
-
 def _loop_summary(record: LoopRecord) -> LoopSummary:
-    origin = record.provenance
     gaps = runs(missing_mask(record.op, record.pv))
-    start = record.start
-    end = start and start + timedelta(seconds=max(0, len(record) - 1) * record.dt)
-    return LoopSummary(
-        tag=record.tag,
-        source=origin.source,
-        loop_type=record.loop_type,
-        rows=origin.rows,
-        samples=len(record),
-        dt=record.dt,
-        bad_percent=record.missing_percent,
-        gaps=len(gaps),
-        longest_gap_s=int(run_lengths(gaps).max(initial=0)) * record.dt,
-        auto_percent=None if record.auto is None or not len(record) else 100.0 * float(np.mean(record.auto)),
-        pv_unit=origin.pv_unit,
-        op_unit=origin.op_unit or record.op_unit,
-        columns=dict(origin.columns),
-        unused_columns=origin.unused_columns,
-        bad_values=dict(origin.bad_values),
-        start=start and start.isoformat(),
-        end=end and end.isoformat(),
-    )
+    return LoopSummary(record, len(gaps), int(run_lengths(gaps).max(initial=0)) * record.dt)

@@ -344,8 +344,7 @@ def require_record(record: object) -> None:
         )
     raise RecordError(
         f"record is of type {type(record).__name__}, not a LoopRecord; give a record that stiction.read(...) "
-        "returned, or "
-        "st.LoopRecord(tag, dt, op=..., pv=...)."
+        "returned, or st.LoopRecord(tag, dt, op=..., pv=...)."
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from stiction.display.number_format import count_noun
 from stiction.display.tagged import TaggedList
 from stiction.records.record import LoopRecord
 
@@ -32,8 +33,6 @@ class Records(TaggedList[LoopRecord]):
 
     def __repr__(self) -> str:
         """The number of loops and the first tags, in one line."""
-        from stiction.display.number_format import count_noun
-
         shown = ", ".join(self.tags[:5]) + (", ..." if len(self) > 5 else "")
         return f"<Records: {count_noun(len(self), 'loop')}{', ' if shown else ''}{shown}>"
 

@@ -25,14 +25,14 @@ from stiction.sources.values.quality_codes import automatic_mask
 from stiction.sources.values.span import op_to_percent, position_to_percent
 
 if TYPE_CHECKING:
-    from datetime import datetime
-
     from numpy.typing import NDArray
 
     from stiction.sources.options import ReadOptions
     from stiction.sources.roles.loop_roles import LoopRoles
     from stiction.sources.signal_values import SignalValues
     from stiction.sources.table import TagColumn
+
+    _Sampled = tuple[Grid, dict[str, NDArray[np.float64]], NDArray[np.bool_] | None, int, int]
 
 __all__ = ["MIN_ROWS", "RecordBuilder"]
 
@@ -64,9 +64,8 @@ class RecordBuilder:
         notes = [*dict.fromkeys(note for column in columns.values() for note in column.table.notes), *loop.notes]
         values, units, bad = parsed.values, parsed.units, parsed.bad
         notes += bad.notes
-        sampled = self._sample(loop, columns, values)
-        notes += sampled.notes
-        signals = sampled.signals
+        grid, signals, auto, held, unchanged = self._sample(loop, columns, values)
+        notes += grid.notes
         for role in ("op", "pv"):
             if role in signals and not np.isfinite(signals[role]).any():
                 refuse_without_numbers(loop, role, bad)
@@ -97,15 +96,15 @@ class RecordBuilder:
                 )
         return LoopRecord(
             name or origin.stem,
-            sampled.dt,
+            grid.dt,
             op=op.values,
             pv=signals.get("pv"),
             sp=signals.get("sp"),
             mv=signals.get("mv"),
             valve_signal=signals.get("valve_signal"),
-            auto=sampled.auto,
+            auto=auto,
             loop_type=loop_type,
-            start=sampled.start,
+            start=grid.start,
             provenance=Provenance(
                 source=origin.name,
                 sha256=origin.sha256,
@@ -114,10 +113,10 @@ class RecordBuilder:
                 rows=max(len(x) for x in values.values()),
                 missing_samples=int(missing.sum()),
                 bad_values=bad.counts,
-                clock_jumps=sampled.clock_jumps,
-                summer_time=sampled.dst_changes,
-                held_samples=sampled.held,
-                unchanged_samples=sampled.unchanged,
+                clock_jumps=grid.clock_jumps,
+                summer_time=grid.dst_changes,
+                held_samples=held,
+                unchanged_samples=unchanged,
                 interval_spread=max(spreads.values(), default=0.0),
                 pv_unit=units.get("pv", ""),
                 op_unit=op.unit,
@@ -127,25 +126,19 @@ class RecordBuilder:
         )
 
     def _sample(self, loop: LoopRoles, columns: dict[str, TagColumn], values: dict[str, NDArray]) -> _Sampled:
-        """Put the signals on one even grid."""
+        """Put the signals on one even grid; also give the samples in automatic, those held, and those unchanged."""
         clocks = {id(column.clock) for column in columns.values()}
         if len(clocks) > 1 or any(column.own_clock for column in columns.values()):
             return self._align(loop, columns, values)
-        column = columns["op"]
-        grid = self._grid(column, [*loop.roles.values()])
-        rows = grid.source_row
+        key = id(columns["op"].clock)
+        if key not in self.grids:
+            self.grids[key] = self._lay_grid(columns["op"], [*loop.roles.values()])
+        grid, rows = self.grids[key], self.grids[key].source_row
         signals = {role: np.where(rows >= 0, x[rows], np.nan) for role, x in values.items()}
         notes = list(grid.notes)
         auto = _automatic(loop, rows, notes)
         held = int(np.sum((np.diff(rows) == 0) & (rows[1:] >= 0)))
-        return _Sampled(signals, auto, grid.dt, grid.start, notes, held, grid.clock_jumps, grid.dst_changes)
-
-    def _grid(self, column: TagColumn, shared: list[TagColumn]) -> Grid:
-        """The even grid of a clock; it is laid once."""
-        key = id(column.clock)
-        if key not in self.grids:
-            self.grids[key] = self._lay_grid(column, shared)
-        return self.grids[key]
+        return replace(grid, notes=notes), signals, auto, held, 0
 
     def _lay_grid(self, column: TagColumn, shared: list[TagColumn]) -> Grid:
         table = column.table
@@ -211,32 +204,7 @@ class RecordBuilder:
             notes.append(f"{named}: stored only when it had changed, so it is held until the next value.")
         most = max(held.values())
         unchanged = most - max((n for role, n in held.items() if role not in changing), default=0)
-        return _Sampled(
-            signals,
-            auto,
-            found.dt,
-            found.start,
-            notes,
-            most,
-            clock_jumps=found.clock_jumps,
-            dst_changes=found.dst_changes,
-            unchanged=unchanged,
-        )
-
-
-@dataclass(eq=False)
-class _Sampled:
-    """The signals of a loop on an even grid."""
-
-    signals: dict[str, NDArray[np.float64]]
-    auto: NDArray[np.bool_] | None
-    dt: float
-    start: datetime | None
-    notes: list[str]
-    held: int
-    clock_jumps: int
-    dst_changes: int
-    unchanged: int = 0
+        return replace(found, notes=notes), signals, auto, most, unchanged
 
 
 def _relative_spread(column: TagColumn, averages: NDArray[np.float64]) -> float:

@@ -49,11 +49,7 @@ class ByteSource:
     max_bytes: int
     """Largest size that may be read [bytes]."""
     scratch: ScratchFolder = field(default_factory=ScratchFolder, repr=False)
-    """Where temporary files go; the files of an archive share it."""
-
-    def close(self) -> None:
-        """Delete the temporary files, of an archive those of all its files."""
-        self.scratch.delete()
+    """Where temporary files go, until it is deleted; the files of an archive share it."""
 
 
 def open_sources(path: str | os.PathLike[str] | BinaryIO, options: ReadOptions) -> list[ByteSource]:

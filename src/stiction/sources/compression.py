@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import gzip
 import zipfile
-from contextlib import contextmanager
+from functools import partial
 from pathlib import PurePosixPath
 from typing import TYPE_CHECKING, Any
 
 from stiction.errors import RecordError, Setting
-from stiction.foreign_errors import data_error
+from stiction.foreign_errors import damage_refused
 from stiction.sources.options import MAX_RATIO
 
 if TYPE_CHECKING:
@@ -56,12 +56,19 @@ def inflate(
     """Decompress into a folder, at most `limit` bytes: file of each name within the archive; None for other files."""
     if head.startswith(_GZIP):
         with gzip.open(path) as stream:
-            return [("", _write(_chunks(stream), make_folder() / f"{path.name}.inflated", limit))]
+            return [
+                (
+                    "",
+                    _write(
+                        iter(partial(stream.read, CHUNK_BYTES), b""), make_folder() / f"{path.name}.inflated", limit
+                    ),
+                )
+            ]
     if head.startswith(_ZSTD):
         return [("", _write(_zstd_chunks(path), make_folder() / f"{path.name}.inflated", limit))]
     if not head.startswith((_ZIP, _EMPTY_ZIP)):
         return None
-    with _damage_refused(limit.name), zipfile.ZipFile(path) as archive:
+    with damage_refused(limit.name), zipfile.ZipFile(path) as archive:
         members = [member for member in archive.infolist() if _is_data_file(member)]
         declared = ByteLimit(limit.name, limit.max_bytes, limit.compressed)
         for member in members:
@@ -77,14 +84,16 @@ def inflate(
         files = []
         for number, member in enumerate(members):
             with archive.open(member) as stream:
-                out = _write(_chunks(stream), make_folder() / f"{path.name}.{number}", limit)
+                out = _write(
+                    iter(partial(stream.read, CHUNK_BYTES), b""), make_folder() / f"{path.name}.{number}", limit
+                )
             files.append((member.filename, out))
     return files
 
 
 def _write(chunks: Iterator[bytes], path: Path, limit: ByteLimit) -> Path:
     """Write decompressed bytes into a file, counted."""
-    with _damage_refused(limit.name), open(path, "wb") as file:
+    with damage_refused(limit.name), open(path, "wb") as file:
         for chunk in chunks:
             limit.add(len(chunk))
             file.write(chunk)
@@ -92,8 +101,7 @@ def _write(chunks: Iterator[bytes], path: Path, limit: ByteLimit) -> Path:
 
 
 def _chunks(stream: Any) -> Iterator[bytes]:
-    while chunk := stream.read(CHUNK_BYTES):
-        yield chunk
+    return iter(partial(stream.read, CHUNK_BYTES), b"")
 
 
 def _zstd_chunks(path: Path) -> Iterator[bytes]:
@@ -110,20 +118,6 @@ def _zstd_chunks(path: Path) -> Iterator[bytes]:
                 data = frame.unused_data if frame.eof else b""
     if not frame.eof:
         raise EOFError("it ends within a frame")
-
-
-@contextmanager
-def _damage_refused(name: str) -> Iterator[None]:
-    """Say that a compressed file is damaged, instead of any error of its library."""
-    try:
-        yield
-    except RecordError:
-        raise
-    except Exception as error:
-        if isinstance(error, (OSError, MemoryError)) and (known := data_error(error, name)):
-            raise known from None
-        reason = str(error).rstrip(".") or type(error).__name__
-        raise RecordError(f"is damaged or cut off ({reason}); copy or export it again.", where=name) from None
 
 
 def _is_data_file(member: zipfile.ZipInfo) -> bool:

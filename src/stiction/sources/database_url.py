@@ -93,17 +93,8 @@ def make_engine(url: str) -> Engine:
 @contextmanager
 def connect(engine: Engine, url: str) -> Iterator[Connection]:
     """Open a connection on which nothing is written."""
-    from sqlalchemy import exc
-
-    try:
+    with refused_as("cannot be reached", url, "check host, port, user and password, and whether the server runs"):
         connection = engine.connect()
-    except (exc.SQLAlchemyError, OSError, ValueError) as error:
-        raise RecordError(
-            f"cannot be reached ({_reason(error, url)}); check host, port, user and password, and "
-            "whether "
-            "the server runs.",
-            where=show_url(url),
-        ) from None
     with connection:
         with refused_as("cannot be read", url, "check the access rights of the user"):
             if engine.dialect.name == "sqlite":
@@ -122,7 +113,7 @@ def refused_as(what: str, url: str, remedy: str) -> Iterator[None]:
 
     try:
         yield
-    except (exc.SQLAlchemyError, ValueError, OverflowError) as error:
+    except (exc.SQLAlchemyError, OSError, ValueError, OverflowError) as error:
         if isinstance(error, (RecordError, ParameterError)):
             raise
         raise RecordError(f"{what} ({_reason(error, url)}); {remedy}.", where=show_url(url)) from None

@@ -14,9 +14,9 @@ from stiction.sources.byte_source import list_paths, open_sources, source_name
 from stiction.sources.database_url import is_database_url
 from stiction.sources.historians.address import is_historian_url
 from stiction.sources.join_files import complete_loops, join_same_tags
-from stiction.sources.loops import Loops, SourceFailure, time_positions
+from stiction.sources.loops import Loops, SourceFailure
 from stiction.sources.options import ReadOptions
-from stiction.sources.roles.assign import assign_roles
+from stiction.sources.roles.assign import assign_roles, choose_loops
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -79,7 +79,7 @@ def find_loops(source: Any, options: ReadOptions, **database: Any) -> Loops:
         tables = [frame_to_table(source)]
     found = read_layout(tables, options)
     roles = assign_roles(found, options, rows, tables[0].origin.name)
-    return Loops(options, roles, time_positions=time_positions(found), columns=found)
+    return Loops(options, roles, columns=found)
 
 
 def _find_in_files(paths: list[Any], options: ReadOptions, rows: Sequence[MapRow] | None) -> Loops:
@@ -90,26 +90,27 @@ def _find_in_files(paths: list[Any], options: ReadOptions, rows: Sequence[MapRow
         if file.failure is not None:
             raise file.failure
         stored = [file.stored] if file.stored else []
-        return Loops(options, file.loops, stored, time_positions(file.columns), columns=file.columns)
+        return Loops(options, file.loops, stored, columns=file.columns)
     files, zones = _in_one_zone(files, options, rows)
     incomplete = [file for file in files if file.failure is not None and file.columns]
     loops = [loop for file in files for loop in file.loops]
     others = [file.columns for file in files if file.loops]
     more, refusal = complete_loops([file.columns for file in incomplete], others, loops, options, rows)
     loops = join_same_tags([*loops, *more])
-    stored = [file for file in files if file.stored]
-    failures = _list_failures(files, loops)
-    if options.tag is not None:
-        loops, stored = _choose(loops, stored, options.tag, files[0].name)
-    elif not loops and not stored:
+    stored = [(source_name(file.path), file.stored) for file in files if file.stored]
+    used = {id(table) for loop in loops for table in _tables_of(loop)}
+    unused = [file for file in files if not used & {id(column.table) for column in file.columns}]
+    failures = [SourceFailure(file.name, None, file.failure) for file in unused if file.failure is not None]
+    if not loops and not stored:
         raise _nothing_read(failures, refusal, [file.name for file in incomplete])
-    positions = {table: known for file in files for table, known in time_positions(file.columns).items()}
-    together = _files_together(files, loops, incomplete) + [
-        (source_name(file.path),) for file in stored for _ in (file.stored.tags if file.stored else ())
-    ]
+    if options.tag is not None:
+        others = [tag for _, records in stored for tag in records.tags]
+        loops = choose_loops(loops, options, files[0].name, others)
+        stored = [(name, records.select(options.tag)) for name, records in stored]
+    together = _files_together(files, loops, incomplete)
+    together += [(name,) for name, records in stored for _ in records.tags]
     columns = [column for file in files for column in file.columns]
-    kept = [file.stored for file in stored if file.stored]
-    return Loops(options, loops, kept, positions, failures, together, columns, zones)
+    return Loops(options, loops, [records for _, records in stored], failures, together, columns, zones)
 
 
 def _open_path(path: Any, options: ReadOptions, rows: Sequence[MapRow] | None, *, several: bool) -> list[_File]:
@@ -141,15 +142,12 @@ def _open_alone(
             return file
         file.columns = read_layout(read_format(source, options), options)
         file.loops = assign_roles(file.columns, options, rows, file.name)
-    except (RecordError, MissingExtraError) as error:
-        file.failure = error
     except ParameterError:
         raise
     except BaseException as error:
-        known = data_error(error, file.name)
-        if known is None and not several:
+        if data_error(error, file.name) is None and not several:
             raise
-        file.failure = known or failure_of(error, file.name)
+        file.failure = failure_of(error, file.name)
     return file
 
 
@@ -165,11 +163,8 @@ def _open_stored_records(source: ByteSource, options: ReadOptions) -> StoredReco
     stored = open_records(source.path, keep=source)
     if stored is None or options.tag is None:
         return stored
-    if (chosen := stored.select(options.tag)).tags:
-        return chosen
-    raise RecordError(
-        f"has no loop {options.tag!r}; give one of {', '.join(stored.tags[:10])}.", where=source.origin.name
-    )
+    choose_loops([], options, source.origin.name, stored.tags)
+    return stored.select(options.tag)
 
 
 def _in_one_zone(
@@ -200,16 +195,6 @@ def _kind(loop: LoopRoles) -> str:
         return ""
 
 
-def _list_failures(files: list[_File], loops: list[LoopRoles]) -> list[SourceFailure]:
-    """Files that hold no loop, and of which none takes a column."""
-    used = {id(table) for loop in loops for table in _tables_of(loop)}
-    return [
-        SourceFailure(file.name, None, file.failure)
-        for file in files
-        if file.failure is not None and not used & {id(column.table) for column in file.columns}
-    ]
-
-
 def _tables_of(loop: LoopRoles) -> list[RawTable]:
     return [part.table for column in loop.roles.values() for part in column.parts or (column,)]
 
@@ -227,21 +212,6 @@ def _files_together(files: list[_File], loops: list[LoopRoles], pool: list[_File
         merged = [one for one in merged if not one & group] + [group.union(*alike)]
     whole = {name: group for group in merged for name in group}
     return [tuple(sorted(whole[next(iter(group))], key=place.__getitem__)) for group in groups]
-
-
-def _choose(loops: list[LoopRoles], stored: list[_File], tag: str, source: str) -> tuple[list[LoopRoles], list[_File]]:
-    """Choose the loop that the user asks for; a single loop without a tag takes any."""
-    if len(loops) == 1 and not stored and not loops[0].tag:
-        return loops, stored
-    names = [loop.tag or loop.roles["op"].table.origin.stem for loop in loops]
-    chosen = [loop for loop, name in zip(loops, names, strict=True) if name.casefold() == tag.casefold()]
-    files = [file for file in stored if file.stored and file.stored.select(tag).tags]
-    for file in files:
-        file.stored = file.stored and file.stored.select(tag)
-    if not chosen and not files:
-        names += [name for file in stored if file.stored for name in file.stored.tags]
-        raise RecordError(f"has no loop {tag!r}; its loops are {', '.join(names[:MAX_LISTED])}.", where=source)
-    return chosen, files
 
 
 def _nothing_read(failures: list[SourceFailure], refusal: RecordError | None, pool: list[str]) -> StictionError:

@@ -48,8 +48,7 @@ def frame_to_table(frame: Any, name: str = "") -> RawTable:
     except TypeError:
         raise RecordError(
             f"cannot read an object of type {type(frame).__name__}; give a file name, an open binary file, a data "
-            "frame or a "
-            "database URL."
+            "frame or a database URL."
         ) from None
     native = nw.to_native(data)
     if isinstance(data, nw.DataFrame) and not data.implementation.is_polars():

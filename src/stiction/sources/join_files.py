@@ -4,23 +4,23 @@ from __future__ import annotations
 
 from collections import defaultdict
 from dataclasses import replace
-from functools import partial
 from pathlib import PurePath
 from typing import TYPE_CHECKING
 
 import numpy as np
 import polars as pl
 
-from stiction.display.number_format import count_noun
+from stiction.display.number_format import count_noun, list_first
 from stiction.errors import RecordError
 from stiction.sources.layouts.headings import parse_role, pick_rows, pick_stamps
 from stiction.sources.roles.assign import assign_roles
 from stiction.sources.roles.loop_roles import NUMERIC_ROLES, LoopRoles, column_label
 from stiction.sources.roles.pair_groups import parse_instrument_tag
 from stiction.sources.table import Clock
+from stiction.sources.typed_table import stack_series
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
@@ -33,6 +33,8 @@ __all__ = ["complete_loops", "join_same_tags"]
 
 MAX_GAP_STEPS = 20.0
 """Longest time between two files of one record, in steps of their time stamps [-]: as long as a value is held."""
+MAX_LISTED = 5
+"""Files that a note names [-]."""
 ADDED_ROLES = ("sp", "mv", "valve_signal", "mode")
 """Signals that a complete loop may take from another file."""
 
@@ -71,7 +73,7 @@ def complete_loops(
         )
         if len(files) > 1:
             together.append(loop)
-            loop.notes.append(f"The signals of {loop.tag or 'the loop'} stand in {_list_names(files)}.")
+            loop.notes.append(f"The signals of {loop.tag or 'the loop'} stand in {list_first(files, MAX_LISTED)}.")
     return together, None
 
 
@@ -104,7 +106,7 @@ def _join_pieces(columns: Sequence[TagColumn]) -> list[TagColumn]:
         groups[(column.name.casefold(), column.unit) if is_tag else (id(column),)].append({"": column})
     clocks: dict[tuple[int, ...], Clock] = {}
     return [
-        _concat(chain, clocks)[""] if len(chain) > 1 else chain[0][""]
+        _concat(chain, clocks)[""]
         for group in groups.values()
         for chain in (_chains(group)[0] if len(group) > 1 else [group])
     ]
@@ -130,18 +132,15 @@ def join_same_tags(loops: Sequence[LoopRoles]) -> list[LoopRoles]:
             first = parts[0]
             if len(parts) > 1:
                 note = f"{count_noun(len(parts), 'file')} of {first.tag} were joined, as their times follow each other "
-                note += f"or their values are equal: {_list_names(names)}."
+                note += f"or their values are equal: {list_first(names, MAX_LISTED)}."
                 notes = dict.fromkeys(text for one in parts for text in [*one.notes, *one.roles["op"].table.notes])
                 first = replace(first, roles=_concat(chain, clocks), notes=[*notes, note])
             joined.append((first, names))
-        short = dict(
-            zip([names[0] for _, names in joined], _short_names([names[0] for _, names in joined]), strict=True)
-        )
-        for loop, names in joined:
-            others = _list_names([other[0] for _, other in joined if other is not names])
+        for (loop, names), short in zip(joined, _short_names([names[0] for _, names in joined]), strict=True):
+            others = list_first([other[0] for _, other in joined if other is not names], MAX_LISTED)
             if differ:
                 note = f"{others} has other values of {loop.tag} at the same times: each file is a loop of its own."
-                loop = replace(loop, tag=f"{loop.tag} ({short[names[0]]})", notes=[*loop.notes, note])
+                loop = replace(loop, tag=f"{loop.tag} ({short})", notes=[*loop.notes, note])
             elif len(joined) > 1:
                 note = f"{others} has another record of {loop.tag}, which is not joined to this one: "
                 note += "its times do not follow, or its unit, scale or sampling period differs."
@@ -227,6 +226,8 @@ def _are_equal(one: pl.Series, other: pl.Series) -> bool:
 
 def _concat(chain: Sequence[Columns], clocks: dict[tuple[int, ...], Clock]) -> Columns:
     """Join the columns of several files, in their order; `clocks` keeps the joined clocks."""
+    if len(chain) == 1:
+        return chain[0]
     joined: Columns = {}
     for role in dict.fromkeys(role for one in chain for role in one):
         columns = [one[role] if role in one else _blank(one["op"], role) for one in chain]
@@ -238,8 +239,11 @@ def _concat(chain: Sequence[Columns], clocks: dict[tuple[int, ...], Clock]) -> C
         joined[role] = replace(
             first,
             clock=clocks[key],
-            load=partial(_stack, [partial(getattr, column, "cells") for column in columns]),
-            flags={name: partial(_stack, [column.flags[name] for column in columns]) for name in headings},
+            load=lambda columns=columns: stack_series(column.cells for column in columns),
+            flags={
+                name: lambda columns=columns, name=name: stack_series(column.flags[name]() for column in columns)
+                for name in headings
+            },
             parts=tuple(columns),
         )
     return joined
@@ -258,16 +262,6 @@ def _concat_clocks(clocks: Sequence[Clock]) -> Clock:
         )
 
     return Clock(parse)
-
-
-def _stack(loads: Sequence[Callable[[], pl.Series]]) -> pl.Series:
-    """Cells of several files under each other; of several types as numbers, else as text."""
-    cells = [load() for load in loads]
-    kinds = {one.dtype for one in cells}
-    if len(kinds) > 1:
-        kind = pl.Float64 if all(one.is_numeric() or one == pl.Null for one in kinds) else pl.String
-        cells = [one.cast(kind) for one in cells]
-    return pl.concat(cells)
 
 
 def _blank(beside: TagColumn, name: str) -> TagColumn:
@@ -302,11 +296,6 @@ def _usual_step(clock: Clock) -> float:
     seconds = clock.stamps.seconds
     steps = np.abs(np.diff(seconds[np.isfinite(seconds)]))
     return float(np.median(steps)) if steps.size else 0.0
-
-
-def _list_names(names: Sequence[str], *, most: int = 5) -> str:
-    shown = ", ".join(names[:most])
-    return shown if len(names) <= most else f"{shown} and {len(names) - most} more"
 
 
 def _short_names(names: Sequence[str]) -> list[str]:

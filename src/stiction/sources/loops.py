@@ -20,10 +20,8 @@ if TYPE_CHECKING:
     from stiction.sources.roles.loop_roles import LoopRoles
     from stiction.sources.table import RawTable, TagColumn
 
-__all__ = ["Loops", "SourceFailure", "time_positions"]
+__all__ = ["Loops", "SourceFailure"]
 
-MAX_TIME_COLUMNS = 3
-"""Columns without a signal up to which they are read with the signals [-]."""
 MAX_NOTED_FAILURES = 3
 """Failures that the records of the other loops name each [-]."""
 
@@ -49,8 +47,6 @@ class Loops:
     """The columns of each loop that is no stored record."""
     stored: list[StoredRecords] = field(default_factory=list)
     """Files of records (`LoopRecord.to_parquet`); their loops come last."""
-    time_positions: dict[RawTable, set[int]] = field(default_factory=dict)
-    """Columns of each table that hold no signal but time; they are read with the signals, in one pass."""
     failures: list[SourceFailure] = field(default_factory=list)
     """Files that could not be read, or hold no loop."""
     files: list[tuple[str, ...]] = field(default_factory=list)
@@ -77,7 +73,7 @@ class Loops:
             loop = self.roles[k]
             try:
                 self._fit_into_memory(loop)
-                _load_columns([loop], self.time_positions)
+                _load_columns([loop])
                 return self._builder.build(loop)
             except BaseException as error:
                 known = data_error(error, loop.roles["op"].table.origin.name)
@@ -87,12 +83,9 @@ class Loops:
             finally:
                 if not self._is_loaded:
                     self._forget(loop)
-        k -= len(self.roles)
-        for file in self.stored:
-            if k < len(file.tags):
-                return file.read_one(k)
-            k -= len(file.tags)
-        raise IndexError(k)
+        stored = [(file, place) for file in self.stored for place in range(len(file.tags))]
+        file, place = stored[k - len(self.roles)]
+        return file.read_one(place)
 
     def read_all(self) -> tuple[list[LoopRecord], list[SourceFailure]]:
         """Read all loops and what failed; raises RecordError when the only loop of the only file fails."""
@@ -100,7 +93,7 @@ class Loops:
         is_single = len(self) == 1 and not failures
         if self._fits_at_once():
             try:
-                _load_columns(self.roles, self.time_positions)
+                _load_columns(self.roles)
                 self._is_loaded = True
             except RecordError:  # each loop says below whether it is its columns that cannot be read
                 if is_single:
@@ -166,17 +159,7 @@ class Loops:
         return RecordBuilder(self.options)
 
 
-def time_positions(columns: list[TagColumn]) -> dict[RawTable, set[int]]:
-    """Columns of each table that hold no signal; none where they are many, so not the time alone."""
-    signals: dict[RawTable, set[int]] = {}
-    for column in columns:
-        if column.position is not None:
-            signals.setdefault(column.table, set()).add(column.position)
-    others = {table: set(range(table.width)) - positions for table, positions in signals.items()}
-    return {table: positions for table, positions in others.items() if len(positions) <= MAX_TIME_COLUMNS}
-
-
-def _load_columns(loops: list[LoopRoles], time_positions: dict[RawTable, set[int]]) -> None:
+def _load_columns(loops: list[LoopRoles]) -> None:
     """Read the columns of all loops, in one pass for each table."""
     wanted: dict[RawTable, set[int]] = {}
     for loop in loops:
@@ -185,7 +168,7 @@ def _load_columns(loops: list[LoopRoles], time_positions: dict[RawTable, set[int
                 if part.position is not None:
                     wanted.setdefault(part.table, set()).add(part.position)
     for table, positions in wanted.items():
-        table.load(positions | time_positions.get(table, set()))
+        table.load(positions)
 
 
 def _link_cascades(records: list[LoopRecord], loops: list[LoopRoles]) -> list[LoopRecord]:

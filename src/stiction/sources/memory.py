@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import os
 import re
-from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from stiction.errors import ParameterError, RecordError, Setting
+from stiction.scratch import environment_variable
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from contextlib import AbstractContextManager
 
 __all__ = ["memory_limit", "parse_memory", "require_memory", "rows_that_fit", "shared_memory"]
 
@@ -66,16 +66,7 @@ def require_memory(size: int, given: int | None, where: str) -> None:
         )
 
 
-@contextmanager
-def shared_memory(given: str | float | None, workers: int) -> Iterator[None]:
-    """Give each of the worker processes that are started its share of the memory."""
+def shared_memory(given: str | float | None, workers: int) -> AbstractContextManager[None]:
+    """Give each of the worker processes that are started within this context its share of the memory."""
     share = memory_limit(None if given is None else parse_memory(given)) // workers
-    before = os.environ.get(LIMIT_VARIABLE)
-    os.environ[LIMIT_VARIABLE] = f"{max(share, BASE_BYTES + 1)}"
-    try:
-        yield
-    finally:
-        if before is None:
-            os.environ.pop(LIMIT_VARIABLE, None)
-        else:
-            os.environ[LIMIT_VARIABLE] = before
+    return environment_variable(LIMIT_VARIABLE, f"{max(share, BASE_BYTES + 1)}")

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
 import polars as pl
 
+from stiction.display.number_format import list_first
 from stiction.errors import ParameterError, RecordError, Setting
 from stiction.sources.database_url import connect, make_engine, refused_as, show_url
 from stiction.sources.options import MAX_BYTES
 from stiction.sources.table import Origin
-from stiction.sources.typed_table import make_series, typed_table
+from stiction.sources.typed_table import make_series, stack_series, typed_table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -91,15 +93,12 @@ def _reflect(connection: Connection, name: str, url: str) -> Table:
 
     schema, _, bare = name.rpartition(".")
     with refused_as("cannot be read", url, "check the access rights of the user"):
-        try:
-            try:
-                return Table(name, MetaData(), autoload_with=connection)
-            except exc.NoSuchTableError:
-                return Table(bare, MetaData(), schema=schema or None, autoload_with=connection)
-        except exc.NoSuchTableError:
-            inspector = inspect(connection)
-            names = [*inspector.get_table_names(), *inspector.get_view_names()]
-    known = f"give one of {_list(names)}" if names else "this user has access to none"
+        for table, of_schema in ((name, None), (bare, schema or None)):
+            with suppress(exc.NoSuchTableError):
+                return Table(table, MetaData(), schema=of_schema, autoload_with=connection)
+        inspector = inspect(connection)
+        names = [*inspector.get_table_names(), *inspector.get_view_names()]
+    known = f"give one of {list_first(names, MAX_NAMES)}" if names else "this user has access to none"
     raise RecordError(f"has no table {name!r}; {known}.", where=show_url(url))
 
 
@@ -174,14 +173,7 @@ def _fetch(connection: Connection, statement: Any, url: str, max_bytes: int) -> 
                 )
             chunks.append([make_series(cells) for cells in zip(*rows, strict=True)])
     columns = zip(*chunks, strict=True) if chunks else [[pl.Series(dtype=pl.String)] for _ in names]
-    return pl.DataFrame([_join(parts).alias(name) for name, parts in zip(names, columns, strict=True)])
-
-
-def _join(parts: Sequence[pl.Series]) -> pl.Series:
-    """Put the chunks of a column together; of several types they are text."""
-    types = {part.dtype for part in parts} - {pl.Null}
-    both = pl.Float64 if all(dtype.is_numeric() for dtype in types) else pl.String
-    return pl.concat([part.cast(next(iter(types)) if len(types) == 1 else both) for part in parts])
+    return pl.DataFrame([stack_series(parts).alias(name) for name, parts in zip(names, columns, strict=True)])
 
 
 def _choose_columns(
@@ -191,13 +183,8 @@ def _choose_columns(
     named = [name for name in roles.values() if name is not None]
     for name in [*named, *wanted]:
         if name not in stored:
-            raise RecordError(f"{place} has no column {name!r}; it has {_list(stored)}.")
+            raise RecordError(f"{place} has no column {name!r}; it has {list_first(stored, MAX_NAMES)}.")
     if roles["Tag"] or wanted:
         return list(dict.fromkeys([*named, *wanted]))
     of_tags = [name for name in stored if name.casefold().startswith(tuple(one.casefold() for one in tags))]
     return list(dict.fromkeys([*named, *of_tags])) if tags and roles["Time"] and of_tags else list(stored)
-
-
-def _list(names: Sequence[str]) -> str:
-    more = f" and {len(names) - MAX_NAMES} more" if len(names) > MAX_NAMES else ""
-    return ", ".join(names[:MAX_NAMES]) + more

@@ -6,8 +6,10 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+from stiction.errors import RecordError
+
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable, Iterable, Sequence
 
     import numpy as np
     import polars as pl
@@ -15,7 +17,7 @@ if TYPE_CHECKING:
 
     from stiction.sources.time.stamps import Stamps
 
-__all__ = ["SNIFF_ROWS", "Clock", "Origin", "RawTable", "TagColumn"]
+__all__ = ["SNIFF_ROWS", "Clock", "Origin", "RawTable", "TagColumn", "find_column"]
 
 SNIFF_ROWS = 200
 """Rows from which the form of a table is recognised [-]."""
@@ -70,12 +72,15 @@ class RawTable:
     """Column of averages -> gives the range of the signal within each interval, shape (n_rows,)."""
     first_row: int = 0
     """First row that is read; those before it do not fit into the memory."""
+    clock: set[int] = field(default_factory=set)
+    """Columns that tell the time, where they were found; they are read with the first signals, in one pass."""
     _columns: dict[int, pl.Series] = field(default_factory=dict, repr=False)
 
     def load(self, positions: Iterable[int]) -> None:
         """Read some columns in one pass, if they were not read before."""
-        wanted = sorted({position for position in positions if position not in self._columns})
+        wanted = set(positions) - self._columns.keys()
         if wanted:
+            wanted = sorted(wanted | (self.clock - self._columns.keys()))
             frame = self.reader(wanted, self.first_row) if self.first_row else self.reader(wanted)
             self._columns.update(zip(wanted, frame.get_columns(), strict=True))
 
@@ -98,6 +103,7 @@ class RawTable:
         """Forget the cells of columns that are not needed any more, to save memory."""
         for position in positions:
             self._columns.pop(position, None)
+            self.clock.discard(position)
 
     def sample_column(self, position: int) -> list[str]:
         """Give the cells of a column in the first rows, without the empty ones."""
@@ -156,3 +162,21 @@ class TagColumn:
     def cells(self) -> pl.Series:
         """The cells, shape (n_rows,)."""
         return self.load()
+
+
+def find_column(
+    wanted: str | int, names: Sequence[str], positions: Sequence[int | None], last: int, what: str, where: str
+) -> int:
+    """Find the place of a column that the user names, by its name or else its position, of which `last` is the largest.
+
+    Raises RecordError, with the signal as `what` and the file as `where`, when there is none.
+    """
+    text = str(wanted).strip().upper()
+    by_name = (k for k, name in enumerate(names) if isinstance(wanted, str) and name.strip().upper() == text)
+    by_number = (k for k, position in enumerate(positions) if text == str(position))
+    if (place := next(by_name, next(by_number, None))) is not None:
+        return place
+    if text.lstrip("-").isdigit():
+        raise RecordError(f"has no column {text} for {what}; they are numbered 0 to {last}.", where=where)
+    shown = ", ".join(filter(None, names[:20])) or "none, as the file has no header: give a number from 0"
+    raise RecordError(f"has no column {wanted!r} for {what}; its columns are {shown}.", where=where)

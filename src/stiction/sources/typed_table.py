@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import json
 from ast import literal_eval
-from contextlib import contextmanager
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import polars as pl
 
 from stiction.errors import RecordError, Setting
-from stiction.foreign_errors import damaged
+from stiction.foreign_errors import damage_refused
 from stiction.sources.table import SNIFF_ROWS, Origin, RawTable
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
-__all__ = ["damage_refused", "join_levels", "make_series", "typed_table"]
+__all__ = ["join_levels", "make_series", "stack_series", "typed_table"]
 
 MAX_SAMPLED_CELLS = 4000
 """Cells in the sample of a wide table [-]."""
@@ -68,32 +67,14 @@ def typed_table(
             rows = lazy.slice(first_row) if first_row else lazy
             return rows.select(_to_plain_type(names[k], types[names[k]]) for k in positions).collect()
 
-    sampled = [k for k, name in enumerate(names) if name not in unsampled]
-    sample: list[list[str]] = []
     with damage_refused(origin.name):
-        columns = [_to_plain_type(names[k], types[names[k]]) for k in sampled]
-        for cells in lazy.head(n_rows).select(columns).collect().with_columns(_to_text()).rows() if names else []:
-            row = [""] * len(names)
-            for k, cell in zip(sampled, cells, strict=True):
-                row[k] = cell
-            sample.append(row)
+        columns = [pl.lit("").alias(name) if name in unsampled else _to_plain_type(name, types[name]) for name in names]
+        head = lazy.head(n_rows).select(columns).collect().with_columns(_to_text())
+    sample = [list(cells) for cells in head.rows()]
     header = [headings, *([[units.get(one, "") for one in headings]] if units.keys() & set(headings) else [])]
     return RawTable(
         origin, header, sample, len(names), read, notes=list(notes), metadata=metadata or {}, count_rows=count_rows
     )
-
-
-@contextmanager
-def damage_refused(name: str) -> Iterator[None]:
-    """Turn what polars says about damaged data into a `RecordError` that names the file."""
-    from polars.exceptions import PanicException, PolarsError
-
-    try:
-        yield
-    except RecordError:
-        raise
-    except (PolarsError, PanicException, OSError, ValueError, OverflowError) as error:
-        raise damaged(name, error) from None
 
 
 def make_series(cells: Sequence[Any]) -> pl.Series:
@@ -102,6 +83,14 @@ def make_series(cells: Sequence[Any]) -> pl.Series:
         return pl.Series(cells, strict=False)
     except (pl.exceptions.PolarsError, TypeError, ValueError, OverflowError):
         return pl.Series([None if cell is None else str(cell) for cell in cells], dtype=pl.String)
+
+
+def stack_series(parts: Iterable[pl.Series]) -> pl.Series:
+    """Put parts of a column under each other; of several types they are numbers where all are, else text."""
+    parts = list(parts)
+    types = {part.dtype for part in parts} - {pl.Null}
+    both = pl.Float64 if all(dtype.is_numeric() for dtype in types) else pl.String
+    return pl.concat([part.cast(next(iter(types)) if len(types) == 1 else both) for part in parts])
 
 
 def join_levels(name: Any) -> str:

@@ -183,13 +183,3 @@ def test_a_date_that_stands_for_none_is_no_stamp(form, stamps_of):
     stored = [START + timedelta(seconds=k) for k in range(N - 1)]
     found = stamps_of(["Time", "PV"], pl.Series([datetime(1, 1, 1), *stored]), VALUES)
     assert np.flatnonzero(np.isnan(found.seconds)).tolist() == [0]
-
-
-def test_only_the_rows_asked_for(table, since_1970):
-    from stiction.sources.time.parse import parse_time
-
-    made = table(["Time", "ms", "PV"], cells("%d/%m/%Y %H:%M:%S"), [str(k) for k in range(N)], VALUES)
-    found = find_time_columns(["Time", "ms", "PV"], ["", "", ""], made, ReadOptions())
-    rows = np.array([5, 3, 100])
-    stamps = parse_time(made, found, ReadOptions(), rows)
-    np.testing.assert_allclose(stamps.seconds, since_1970(START) + 1.001 * rows)

@@ -10,12 +10,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from stiction.diagnosis.identification.candidates import evaluated
-from stiction.diagnosis.identification.stems import add_lag_products, as_valve_arrays, valve_positions
+from stiction.diagnosis.identification.stems import as_valve_arrays, lag_products, valve_positions
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -23,22 +23,6 @@ if TYPE_CHECKING:
     from stiction.diagnosis.identification.candidates import Candidates
 
 __all__ = ["Regression", "build_regression", "one_thread", "standardise"]
-
-
-class LaggedSignal(NamedTuple):
-    """Lags of a signal which all valves share, for its products with the lags of a valve position."""
-
-    values: NDArray[np.float64]
-    """The signal [-], shape (1, n_blocks)."""
-    shortest: int
-    """First of the lags [blocks]."""
-    groups: NDArray[np.int64]
-    """Group of each lag; the lags of a group are added up."""
-
-    @property
-    def lags(self) -> NDArray[np.int64]:
-        """All lags [blocks]."""
-        return self.shortest + np.arange(self.groups.size)
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,12 +43,18 @@ class Regression:
     """Orthonormal basis of the regressors that all valves share, shape (n_shared, n_predicted)."""
     target: NDArray[np.float64]
     """What the shared regressors leave of the PV [-], shape (n_predicted,)."""
-    shared: tuple[LaggedSignal, ...]
-    """A constant, the PV from lag 0 on and the earlier OPs."""
+    op_means: NDArray[np.float64]
+    """OP, block means, standardised [-], shape (n_blocks,)."""
+    groups: NDArray[np.int64]
+    """Group of each lag of the valve position, from lag 1 on."""
     first_products: NDArray[np.float64]
-    """A position times this is lag 1 times all lags of each of `shared`, then lags from 2 on times its shortest one."""
+    """A position times this is what `lag_products` begins with, shape (n_blocks, n_products)."""
     weights: NDArray[np.float64]
-    """The basis as combinations of all lags of `shared`, shape (n_lags, n_basis)."""
+    """The basis as combinations of a constant, PV lags and OP lags, each from the longest, shape (n_lags, n_basis)."""
+    pv_in_basis: NDArray[np.float64]
+    """The predicted PV in terms of the basis [-], shape (n_basis,)."""
+    pv_lags: int
+    """Lags of PV among the shared regressors [-]."""
     op_lags: int
     """Lags of OP among the shared regressors [-]."""
     predicted: NDArray[np.bool_]
@@ -137,27 +127,17 @@ class Regression:
         return regressors @ self.basis.T, squares, regressors @ self.target
 
     def _products(self, positions: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
-        """The same of the lag sums of positions, in a record without gaps without forming them.
-
-        The products of lags i + 1 and j + 1 are those of i and j but for one sample at each end.
-        """
+        """The same of the lag sums of positions, in a record without gaps without forming them."""
         if not self.predicted.all():
             return self._products_of_regressors(self._lag_sums(positions))
-        n, first, x = self.pv.size, self.first, positions - positions.mean(axis=1, keepdims=True)
-        own = LaggedSignal(x, 1, np.repeat(np.arange(len(self.edges) - 1), np.diff(self.edges)))
-        now, longest = x[:, np.newaxis, first - 1 : n - 1], own.groups.size
-        own_products = [now @ x[:, first - 1 - k : n - 1 - k, np.newaxis] for k in range(longest)]
-        with_own = np.concatenate([*own_products, *own_products[1:]], axis=2)[:, 0]
-        firsts, products, begin = np.hstack([with_own, x @ self.first_products]), [], 0
-        for z in (own, *self.shared):
-            end = begin + z.groups.size + longest - 1
-            sums = np.zeros((len(x), own.groups[-1] + 1, z.groups[-1] + 1))
-            add_lag_products(x, z.values, first, z.shortest, firsts[:, begin:end], own.groups, z.groups, sums)
-            products.append(sums)
-            begin = end
-        shared = np.concatenate(products[1:], axis=2)
-        with_basis = shared @ self.weights
-        return with_basis, products[0], shared[:, :, 1] - with_basis @ (self.basis @ self.pv[first:])
+        x = positions - positions.mean(axis=1, keepdims=True)
+        own = np.empty((len(x), len(self.edges) - 1, len(self.edges) - 1))
+        shared = np.empty((*own.shape[:2], len(self.weights)))
+        lag_products(
+            x, self.pv, self.op_means, self.first, self.groups, x @ self.first_products, self.pv_lags + 1, own, shared
+        )
+        with_basis = (shared.reshape(-1, len(self.weights)) @ self.weights).reshape(*own.shape[:2], -1)
+        return with_basis, own, shared[:, :, 1 + self.pv_lags] - with_basis @ self.pv_in_basis
 
     def _solve(
         self, shared: NDArray[np.float64], squares: NDArray[np.float64], right: NDArray[np.float64]
@@ -222,9 +202,8 @@ def build_regression(
     op_lags = min(OP_LAGS, pv_lags)
     first = max(int(min(time_scale, n // 4)), longest + 1, pv_lags + 1)
     y, u = standardise(pv), standardise(op.reshape(n, per_block).mean(axis=1))
-    shared = [(np.ones(n), 0, 1), (y, 0, pv_lags + 1), (u, 1, op_lags)]
-    shared = [LaggedSignal(x[np.newaxis], shortest, np.arange(count)) for x, shortest, count in shared]
-    rows = np.array([one.values[0, first - lag : n - lag] for one in shared for lag in one.lags])
+    lagged = [(y, lag) for lag in range(pv_lags + 1)] + [(u, lag) for lag in range(1, op_lags + 1)]
+    rows = np.array([np.ones(n - first), *(x[first - lag : n - lag] for x, lag in lagged)])
     predicted = np.ones(n - first, dtype=bool) if gaps is None else ~_reaches(gaps, pv_lags)[first:]
     predicted |= 2 * np.count_nonzero(predicted) < n - first  # so many short gaps that the filled values must serve
     y_predicted = rows[1, predicted]
@@ -232,10 +211,13 @@ def build_regression(
     basis, weights = orthonormal_rows(rows[:, predicted])
     target = y_predicted - (y_predicted @ basis.T) @ basis
     count = max(round(2.0 * target.size / max(time_scale, 8.0)), 4)
+    longest_first = [0, *range(pv_lags + 1, 0, -1), *range(pv_lags + 1 + op_lags, pv_lags + 1, -1)]
     return Regression(
-        np.ascontiguousarray(op), per_block, y, first, tuple(edges), basis, target, tuple(shared),
-        first_products=np.hstack([_first_products(one, first, longest) for one in shared]), weights=weights,
-        op_lags=op_lags, predicted=predicted, half_cycles=min(count, target.size),
+        np.ascontiguousarray(op), per_block, y, first, tuple(edges), basis, target, u,
+        groups=np.repeat(np.arange(len(edges) - 1), np.diff(edges)),
+        first_products=_first_products(y, u, first, longest, pv_lags, op_lags), weights=weights[longest_first],
+        pv_in_basis=basis @ y_predicted, pv_lags=pv_lags, op_lags=op_lags, predicted=predicted,
+        half_cycles=min(count, target.size),
     )  # fmt: skip
 
 
@@ -245,13 +227,17 @@ def _reaches(gaps: NDArray[np.bool_], lags: int) -> NDArray[np.bool_]:
     return total[lags + 1 :] > total[: -lags - 1]
 
 
-def _first_products(signal: LaggedSignal, first: int, longest: int) -> NDArray[np.float64]:
-    """Part of `Regression.first_products` for one signal and lags of the position from 1 to `longest`."""
-    pairs = [(1, lag) for lag in signal.lags] + [(lag, signal.shortest) for lag in range(2, longest + 1)]
-    n = signal.values.size
+def _first_products(
+    pv: NDArray[np.float64], op: NDArray[np.float64], first: int, longest: int, pv_lags: int, op_lags: int
+) -> NDArray[np.float64]:
+    """Columns whose products with a position are those that `lag_products` begins with."""
+    positions = range(1, longest + 1)
+    pairs = [(lag, pv, 0) for lag in positions] + [(lag, op, 1) for lag in positions]
+    pairs += [(1, pv, lag) for lag in range(pv_lags, 0, -1)] + [(1, op, lag) for lag in range(op_lags, 1, -1)]
+    n = pv.size
     columns = np.zeros((n, len(pairs)))
-    for k, (of_position, of_signal) in enumerate(pairs):
-        columns[first - of_position : n - of_position, k] = signal.values[0, first - of_signal : n - of_signal]
+    for k, (of_position, signal, lag) in enumerate(pairs):
+        columns[first - of_position : n - of_position, k] = signal[first - lag : n - lag]
     return columns
 
 

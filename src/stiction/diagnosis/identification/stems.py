@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from stiction.models.component import TIE_TOLERANCE
-from stiction.models.numba_compile import kernel
+from stiction.models.numba_compile import inline_kernel, kernel
 
 __all__ = [
-    "add_lag_products",
     "as_valve_arrays",
     "first_order_lags",
+    "lag_products",
     "process_products",
     "relay_signals",
     "valve_positions",
@@ -88,24 +88,69 @@ def _first_order_lags(x, keep, settled, out):
             out[row, k] = a
 
 
-@kernel
-def add_lag_products(x, z, first, shortest, first_products, x_groups, z_groups, out):
-    """Add to `out` (n, n_x_groups, n_z_groups) the sums over t >= `first` of x[t - 1 - i] z[t - `shortest` - j].
+@inline_kernel
+def _add_correlation(factor, window, out):
+    """Add to each out[i] the sum of factor[t] window[t + i]; four samples at a time, as each sum waits for the last."""
+    whole = factor.size - factor.size % 4
+    for t in range(0, whole, 4):
+        a, b, c, d = factor[t], factor[t + 1], factor[t + 2], factor[t + 3]
+        w, x, y, z = window[t:], window[t + 1 :], window[t + 2 :], window[t + 3 :]
+        for i in range(out.size):
+            out[i] += a * w[i] + b * x[i] + c * y[i] + d * z[i]
+    for t in range(whole, factor.size):
+        a, w = factor[t], window[t:]
+        for i in range(out.size):
+            out[i] += a * w[i]
 
-    `first_products` (n, n_z_lags + n_x_lags - 1) are those of i = 0, then those of j = 0. `x` has n rows, `z` 1 or n.
+
+@inline_kernel
+def _next_lags(products, begins, starts, ends, stops, out):
+    """Fill `out`, but for its last, with the products of the next lags: one sample more before, one less at the end."""
+    for i in range(products.size - 1):
+        out[i] = products[i + 1] + begins * starts[i] - ends * stops[i]
+
+
+@kernel
+def lag_products(x, pv, op, first, groups, first_products, n_pv, own, shared):
+    """Products of the lags of signals, summed over the samples from `first` on, for each row of `x` (n, n_samples).
+
+    The lags of `x` begin at 1 and are added up in `groups` (n_x_lags,). `own` (n, n_groups, n_groups) are the products
+    of the groups, `shared` (n, n_groups, 1 + n_pv + n_op) those with a constant, with lags n_pv - 1 to 0 of `pv` and
+    lags n_op to 1 of `op`. `first_products` (n, ...) are those of all lags of `x` with lag 0 of `pv`, with lag 1 of
+    `op`, and of lag 1 with the other lags of `pv` and `op`. The products of lags i + 1 and j + 1 are those of i and j
+    but for one sample at each end.
     """
-    last, n_z = x.shape[1] - 1, z_groups.size
+    n, longest = x.shape[1], groups.size
+    n_op = shared.shape[2] - 1 - n_pv
+    by_pv, by_op = longest, longest + n_pv
+    now, after = np.empty(by_op + n_op), np.empty(by_op + n_op)
+    own[:], shared[:] = 0.0, 0.0
     for v in range(x.shape[0]):
-        w = v if z.shape[0] > 1 else 0
-        for k in range(first_products.shape[1]):
-            i, j = (0, k) if k < n_z else (k - n_z + 1, 0)
-            total = first_products[v, k]
-            out[v, x_groups[i], z_groups[j]] += total
-            for step in range(1, min(x_groups.size - i, n_z - j)):
-                p, q = i + step, j + step
-                total += x[v, first - 1 - p] * z[w, first - shortest - q]
-                total -= x[v, last - p] * z[w, last + 1 - shortest - q]
-                out[v, x_groups[p], z_groups[q]] += total
+        row, given = x[v], first_products[v]
+        lag_1 = row[first - 1 : n - 1]
+        now[:longest] = 0.0
+        _add_correlation(lag_1, row[first - longest :], now[:longest])
+        first_own = now[:longest].copy()
+        now[by_pv : by_op - 1] = given[2 * longest : 2 * longest + n_pv - 1]
+        now[by_op : by_op + n_op - 1] = given[2 * longest + n_pv - 1 :]
+        now[by_op - 1], now[by_op + n_op - 1] = given[0], given[longest]
+        total = lag_1.sum()
+        for i in range(longest):
+            g, begins, ends = groups[i], row[first - 2 - i], row[n - 2 - i]
+            for j in range(longest):
+                own[v, g, groups[longest - 1 - j]] += now[j]
+            shared[v, g, 0] += total
+            shared[v, g, 1:] += now[longest:]
+            if i + 1 < longest:
+                total += begins - ends
+                _next_lags(now[:by_pv], begins, row[first - longest :], ends, row[n - longest :], after[:by_pv])
+                _next_lags(
+                    now[by_pv:by_op], begins, pv[first - n_pv + 1 :], ends, pv[n - n_pv + 1 :], after[by_pv:by_op]
+                )
+                _next_lags(now[by_op:], begins, op[first - n_op :], ends, op[n - n_op :], after[by_op:])
+                after[by_pv - 1] = first_own[longest - 2 - i]
+                after[by_op - 1], after[by_op + n_op - 1] = given[i + 1], given[longest + i + 1]
+                now, after = after, now
 
 
 @kernel

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.diagnosis.oscillation.phase_average import average_by_phase
 from stiction.diagnosis.oscillation.rhythm import octave, octaves
 from stiction.diagnosis.oscillation.signals import about_drift, smooth
 from stiction.diagnosis.result import FurtherOscillation
-from stiction.records.phase_average import average_by_phase
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 import polars as pl
 
 from stiction.errors import RecordError
+from stiction.foreign_errors import damage_refused
 from stiction.sources.memory import require_memory
-from stiction.sources.typed_table import damage_refused, typed_table
+from stiction.sources.typed_table import typed_table
 
 if TYPE_CHECKING:
     from stiction.sources.byte_source import ByteSource

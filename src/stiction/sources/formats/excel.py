@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import polars as pl
 
 from stiction.errors import ParameterError, RecordError
-from stiction.foreign_errors import damaged
+from stiction.foreign_errors import damage_refused
 from stiction.sources.formats.table_rows import table_from_rows
 from stiction.sources.formats.workbook_checks import (
     OLE_START,
@@ -34,6 +34,8 @@ __all__ = ["read", "recognises"]
 
 ZIP_MEMBERS = re.compile(rb"\[Content_Types\]\.xml|xl/workbook|xl/_rels|opendocument\.spreadsheet")
 """What the first members of a zipped workbook are called; an OpenDocument one begins with its type."""
+ENCRYPTED = "EncryptedPackage".encode("utf-16-le")
+"""Name of the stream of an encrypted workbook."""
 DEFAULT_SHEET_NAME = re.compile(r"(sheet|tabelle|feuil|hoja|foglio|blad|planilha|ark|taul)\s*\d*", re.IGNORECASE)
 """Sheet names that say nothing about the loop."""
 
@@ -48,14 +50,20 @@ def recognises(head: bytes, name: str) -> bool:
 
 def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
     """Read the visible sheets that hold a table, or `options.sheet`; of several, each is named after its sheet."""
-    from python_calamine import CalamineError, CalamineWorkbook, PasswordError, SheetTypeEnum, SheetVisibleEnum
+    from python_calamine import CalamineWorkbook, PasswordError, SheetTypeEnum, SheetVisibleEnum
 
-    name = source.origin.name
+    name, content = source.origin.name, source.path.read_bytes()
+    encrypted = RecordError("is encrypted; save it without a password.", where=name)
+    if ENCRYPTED in content:
+        raise encrypted
     require_size(source)
-    try:
+    with damage_refused(name, REMEDY):
         if not source.head.startswith(b"PK") or b"opendocument" in source.head[:128] or name.lower().endswith(".xlsb"):
             require_survivable(source)
-        book = CalamineWorkbook.from_filelike(BytesIO(source.path.read_bytes()))  # by content, not by name
+        try:
+            book = CalamineWorkbook.from_filelike(BytesIO(content))  # by content, not by name
+        except PasswordError:
+            raise encrypted from None
         visible = [
             sheet.name
             for sheet in book.sheets_metadata
@@ -63,17 +71,6 @@ def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
         ]
         names = visible if options.sheet is None else [_sheet_named(options.sheet, visible, name)]
         sheets = [(sheet, *_rows_of(book.get_sheet_by_name(sheet), source)) for sheet in names]
-    except PasswordError:
-        raise RecordError("is encrypted; save it without a password.", where=name) from None
-    except (RecordError, ParameterError):
-        raise
-    except BaseException as error:
-        is_panic = type(error).__name__ == "PanicException"  # calamine, in Rust, gave up on a damaged file
-        if not isinstance(error, (CalamineError, OSError, ValueError, EOFError)) and not is_panic:
-            raise
-        if b"E\0n\0c\0r\0y\0p\0t\0e\0d\0P\0a\0c\0k\0a\0g\0e" in source.path.read_bytes():
-            raise RecordError("is encrypted; save it without a password.", where=name) from None
-        raise damaged(name, error, REMEDY) from None
     tables = [table for sheet in sheets if (table := _make_table(source.origin, *sheet, options)) is not None]
     if not tables:
         raise RecordError("no sheet contains a table of numbers; write one row per time, with a header.", where=name)
@@ -119,17 +116,9 @@ def _rows_of(sheet: Any, source: ByteSource) -> tuple[list[list[Any]], list[int]
 def _make_column(cells: list[Any]) -> pl.Series:
     """Make a column of the cells of a sheet: numbers, times, durations or text."""
     kinds = {type(cell) for cell in cells if cell != ""}
-    if kinds <= {dt.datetime, dt.date}:  # midnight comes as a date
-        return pl.Series([_as_datetime(cell) for cell in cells], dtype=pl.Datetime("us"))
-    if kinds <= {int, float, dt.timedelta}:
+    if kinds <= {dt.datetime, dt.date} or kinds <= {int, float, dt.timedelta}:  # midnight comes as a date
         return make_series([None if cell == "" else cell for cell in cells])
     return pl.Series([_as_text(cell) for cell in cells], dtype=pl.String)
-
-
-def _as_datetime(cell: Any) -> dt.datetime | None:
-    if isinstance(cell, dt.datetime):
-        return cell
-    return dt.datetime(cell.year, cell.month, cell.day) if isinstance(cell, dt.date) else None
 
 
 def _head_row(row: list[Any]) -> list[str]:
@@ -148,9 +137,8 @@ def _as_text(cell: Any) -> str:
         return "TRUE" if cell else "FALSE"
     if isinstance(cell, float):
         return str(int(cell)) if cell.is_integer() and abs(cell) < 1e15 else repr(cell)
-    if isinstance(cell, dt.date):
-        stamp = _as_datetime(cell)
-        return stamp.isoformat(" ") if stamp else ""
+    if type(cell) is dt.date:
+        return f"{cell} 00:00:00"
     if isinstance(cell, dt.timedelta):
         return repr(cell.total_seconds())
     return str(cell)

@@ -10,10 +10,11 @@ import numpy as np
 import polars as pl
 
 from stiction.errors import MissingExtraError, RecordError
-from stiction.foreign_errors import damaged
+from stiction.foreign_errors import damage_refused, damaged
 from stiction.sources.compression import ByteLimit
 from stiction.sources.memory import require_memory
 from stiction.sources.table import Origin
+from stiction.sources.time.time_columns import is_time_heading
 from stiction.sources.typed_table import make_series, typed_table
 
 if TYPE_CHECKING:
@@ -23,11 +24,10 @@ if TYPE_CHECKING:
     from stiction.sources.options import ReadOptions
     from stiction.sources.table import RawTable
 
-__all__ = ["TIME_NAMES", "find_loops", "read", "recognises"]
+__all__ = ["find_loops", "read", "recognises"]
 
 SAMPLE_TIME_NAMES = ("ts", "dt", "tsample", "sampletime", "sample_time", "samplingtime", "sampling_time", "h")
 """Names of a single number that is the sampling period [s]."""
-TIME_NAMES = ("t", "time", "times", "timestamp", "timestamps", "datetime", "date", "datenum", "tout")
 TAG_NAMES = ("tag", "tagname", "name", "loop", "loopname")
 SET_POINT_NAMES = ("sp", "setpoint", "set_point")
 """Names of a set point, of which a single number stands for all samples."""
@@ -70,7 +70,7 @@ def _find_columns(fields: dict[str, Any]) -> dict[str, np.ndarray]:
     numbers = {name: float(value) for name, value in fields.items() if isinstance(value, (int, float))}
     known = {name.lower() for name in columns}
     period = next((numbers[name] for name in numbers if name.lower() in SAMPLE_TIME_NAMES), None)
-    if columns and period and not known & set(TIME_NAMES):
+    if columns and period and not any(map(is_time_heading, known)):
         columns = {"time_s": np.arange(n) * period, **columns}
     if columns and not known & set(SET_POINT_NAMES):
         columns |= {name: np.full(n, numbers[name]) for name in numbers if name.lower() in SET_POINT_NAMES}
@@ -89,10 +89,6 @@ HDF5_START = b"\x89HDF\r\n\x1a\n"
 ITEM_BYTES = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8, 16: 1, 17: 2, 18: 4}
 """Bytes of an item of each type of number or text in a v5 file (MAT-File Format, table 1-1)."""
 ELEMENT_KINDS = {*ITEM_BYTES, 14, 15}
-MATLAB_DAY_OF_1970 = 719_529.0
-"""MATLAB day number of 1 January 1970 [d]."""
-MATLAB_DAYS = (693_962.0, 803_000.0)
-"""MATLAB day numbers of 1900 and 2198 [d]."""
 
 
 def recognises(head: bytes, name: str) -> bool:
@@ -124,10 +120,8 @@ def _load(source: ByteSource, options: ReadOptions) -> dict[str, Any]:
     from scipy.io import loadmat
 
     _require_sound(source, options)
-    try:
+    with damage_refused(source.origin.name, REMEDY):
         stored = loadmat(source.path, simplify_cells=True)
-    except Exception as error:  # scipy raises many kinds on damaged files, even UnboundLocalError
-        raise damaged(source.origin.name, error, REMEDY) from None
     return {key: value for key, value in stored.items() if not key.startswith("__")}
 
 
@@ -143,16 +137,11 @@ def _load_hdf5(source: ByteSource, options: ReadOptions) -> dict[str, Any]:
         ) from None
     from stiction.sources.formats.matlab_hdf5 import read_group
 
-    try:
-        with h5py.File(source.path, "r") as file:
-            sizes: list[int] = []
-            file.visititems(lambda _, item: sizes.append(8 * (getattr(item, "size", 0) or 0)))
-            require_memory(sum(sizes), options.max_memory, source.origin.name)
-            return read_group(file, source.origin.name, source.max_bytes)
-    except RecordError:
-        raise
-    except (OSError, LookupError, ValueError, RuntimeError, TypeError, OverflowError) as error:
-        raise damaged(source.origin.name, error, REMEDY) from None
+    with damage_refused(source.origin.name, REMEDY), h5py.File(source.path, "r") as file:
+        sizes: list[int] = []
+        file.visititems(lambda _, item: sizes.append(8 * (getattr(item, "size", 0) or 0)))
+        require_memory(sum(sizes), options.max_memory, source.origin.name)
+        return read_group(file, source.origin.name, source.max_bytes)
 
 
 def _require_sound(source: ByteSource, options: ReadOptions) -> None:
@@ -171,14 +160,12 @@ def _require_sound(source: ByteSource, options: ReadOptions) -> None:
             limit.add(size if kind == 14 else 0)
             data, inflater = file.read(size), zlib.decompressobj()
             if kind == 15:
-                try:
+                with damage_refused(source.origin.name, REMEDY):
                     pieces = [inflater.decompress(data, 1 << 20)]
                     while inflater.unconsumed_tail:
                         limit.add(len(pieces[-1]))
                         require_memory(limit.size, options.max_memory, source.origin.name)
                         pieces.append(inflater.decompress(inflater.unconsumed_tail, 1 << 20))
-                except zlib.error as error:
-                    raise damaged(source.origin.name, error, REMEDY) from None
                 data = b"".join(pieces)[8:]  # without the tag of the variable
             if not _has_valid_tags(memoryview(data), order):
                 raise damaged(source.origin.name, ValueError("a variable holds data of unknown type or size"), REMEDY)
@@ -219,28 +206,12 @@ def _has_valid_tags(data: memoryview, order: Literal["little", "big"]) -> bool:
 
 def _make_table(origin: Origin, path: str, columns: dict[str, np.ndarray]) -> RawTable:
     """Make the table of one loop."""
-    series = {}
-    notes = []
-    for name, values in columns.items():
-        if _has_day_numbers(name, values):
-            milliseconds = pl.Series((values - MATLAB_DAY_OF_1970) * 86_400e3).round().fill_nan(None)
-            series[name] = milliseconds.cast(pl.Int64).cast(pl.Datetime("ms"))
-            notes.append(f"{name} was taken as MATLAB day numbers.")
-        else:
-            series[name] = _make_column(values)
+    series = {name: _make_column(values) for name, values in columns.items()}
     named = origin if not path else Origin(f"{origin.name}, {path}", path, origin.digest)
-    return typed_table(named, pl.DataFrame(series), notes=notes)
+    return typed_table(named, pl.DataFrame(series))
 
 
 def _make_column(values: np.ndarray) -> pl.Series:
     if values.dtype.kind in "fiub":
         return pl.Series(np.ascontiguousarray(values, values.dtype.newbyteorder("=")))
     return make_series([str(cell).strip() for cell in values])
-
-
-def _has_day_numbers(name: str, values: np.ndarray) -> bool:
-    """Whether these are times as MATLAB's ``datenum`` counts them."""
-    if name.lower() not in TIME_NAMES or values.dtype.kind != "f":
-        return False
-    finite = values[np.isfinite(values)]
-    return finite.size > 0 and bool(MATLAB_DAYS[0] <= finite.min() <= finite.max() <= MATLAB_DAYS[1])

@@ -27,9 +27,7 @@ class StoredRecords:
     frame: pl.LazyFrame
     """Rows of all loops, one loop after the other."""
     loops: list[dict[str, Any]]
-    """What the file's metadata say of each loop."""
-    first_rows: list[int]
-    """First row of each loop."""
+    """What the file's metadata say of each loop, and its first row."""
     keep: object = None
     """What must live as long as the file is read."""
 
@@ -40,22 +38,13 @@ class StoredRecords:
 
     def select(self, tag: str) -> StoredRecords:
         """Give the loops of this tag alone."""
-        chosen = [k for k, loop in enumerate(self.loops) if loop["tag"].casefold() == tag.casefold()]
-        return replace(self, loops=[self.loops[k] for k in chosen], first_rows=[self.first_rows[k] for k in chosen])
+        return replace(self, loops=[loop for loop in self.loops if loop["tag"].casefold() == tag.casefold()])
 
     def read_one(self, k: int) -> LoopRecord:
         """Read one loop."""
-        return _record(self.loops[k], self._rows(k))
-
-    def _rows(self, k: int) -> pl.DataFrame:
-        names = dict.fromkeys(["op", *self.loops[k]["signals"]])
-        return self.frame.slice(self.first_rows[k], self.loops[k]["rows"]).select("tag", *names).collect()
-
-    def is_unchanged(self) -> bool:
-        """Whether the rows of every loop still have its tag."""
-        lengths = [loop["rows"] for loop in self.loops]
-        wanted = pl.Series(self.tags, dtype=pl.String).gather(np.repeat(np.arange(len(lengths)), lengths))
-        return self.frame.select("tag").collect()["tag"].equals(wanted)
+        loop = self.loops[k]
+        names = dict.fromkeys(["op", *loop["signals"]])
+        return _record(loop, self.frame.slice(loop["first_row"], loop["rows"]).select(*names).collect())
 
 
 def open_records(path: str | os.PathLike[str], keep: object = None) -> StoredRecords | None:
@@ -66,9 +55,13 @@ def open_records(path: str | os.PathLike[str], keep: object = None) -> StoredRec
             return None
         loops = stored["loops"]
         frame = pl.scan_parquet(Path(path), glob=False)
-        first_rows = np.cumsum([0, *(loop["rows"] for loop in loops)]).tolist()
-        found = StoredRecords(frame, loops, first_rows, keep)
-        if frame.select(pl.len()).collect().item() != first_rows[-1] or not found.is_unchanged():
+        n_rows = [loop["rows"] for loop in loops]
+        if frame.select(pl.len()).collect().item() != sum(n_rows):
+            return None
+        starts = np.cumsum([0, *n_rows])[:-1].tolist()
+        found = StoredRecords(frame, [{**loop, "first_row": k} for loop, k in zip(loops, starts, strict=True)], keep)
+        tags = pl.Series(found.tags, dtype=pl.String).gather(np.repeat(np.arange(len(loops)), n_rows))
+        if not frame.select("tag").collect()["tag"].equals(tags):
             return None
         for loop in loops:
             _record(loop, pl.DataFrame(schema=dict.fromkeys(("op", *loop["signals"]), pl.Float64)))

@@ -11,7 +11,7 @@ from stiction.errors import RecordError
 from stiction.sources.formats.table_rows import make_table, ragged_note
 from stiction.sources.formats.text_dialect import sniff_text, split_lines
 from stiction.sources.formats.text_encoding import find_encoding, to_utf8
-from stiction.sources.formats.text_lines import MAX_LINE_LENGTH, RowRepair, find_cut_off, line_too_long
+from stiction.sources.formats.text_lines import MAX_LINE_LENGTH, RowRepair, line_too_long
 from stiction.sources.table import SNIFF_ROWS
 
 if TYPE_CHECKING:
@@ -38,16 +38,13 @@ def recognises(head: bytes, name: str) -> bool:  # noqa: ARG001 (all formats hav
 
 def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
     """Read a text table: one table with text columns; an empty cell is null, or "" when it stood in quotes."""
-    name, encoding = source.origin.name, find_encoding(source.head)
-    if encoding is None:
-        raise RecordError("is binary, not text; export the loop as CSV.", where=name)
-    path, encoding = to_utf8(source, encoding)
+    name = source.origin.name
+    path, encoding = to_utf8(source, find_encoding(source.head) or "latin-1")
     head = _read_head(path, name)
     dialect = sniff_text(name, head[:SNIFF_ROWS], options.delimiter, options.decimal)
     mark, width, skip_lines = dialect.delimiter, dialect.width, dialect.first_row
-    end, last_line = find_cut_off(path, mark, skip_lines)
     rows = RowRepair(name, mark, width)
-    path = rows.run(path, source.scratch.path() / f"{source.path.name}.rows", skip_lines=skip_lines, end=end)
+    path = rows.run(path, source.scratch.path() / f"{source.path.name}.rows", skip_lines=skip_lines)
     if mark == "," and len(rows.torn_numbers) > MAX_TORN_SHARE * rows.n_rows:
         raise RecordError(
             f"has commas between columns and within numbers, such as {rows.torn_numbers[0]}; export it with "
@@ -84,10 +81,10 @@ def read(source: ByteSource, options: ReadOptions) -> list[RawTable]:
         table.notes.insert(0, f"Columns are separated by {_DELIMITER_NAMES.get(mark, repr(mark))}.")
     if encoding not in ("utf-8", "utf-8-sig"):
         table.notes.insert(0, f"The text encoding is taken as {encoding}.")
-    if last_line:
+    if rows.cut_off:
         table.notes.append(
-            f"The file ends within line {rows.n_lines + 1} ({last_line!r}), so it was cut off: that row is left out; "
-            "export or copy it again."
+            f"The file ends within line {rows.n_lines + 1} ({rows.cut_off!r}), so it was cut off: that row is left "
+            "out; export or copy it again."
         )
     if rows.ragged_rows:
         table.notes.append(ragged_note(rows.ragged_rows, width, rows.first_ragged_line))

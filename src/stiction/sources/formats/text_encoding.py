@@ -36,7 +36,7 @@ def find_encoding(head: bytes) -> str | None:
         if low.count(0) > 0.9 * len(low) and high.count(0) == 0:
             return "utf-16-be"
         return None
-    if _decodes(head, "utf-8"):
+    if _decode(head, "utf-8") is not None:
         return "utf-8"
     return "gb18030" if _is_chinese(head) else "latin-1"
 
@@ -75,20 +75,17 @@ def _check_utf8(path: Path) -> tuple[str, bool]:
     return ("latin-1", False) if decoder.getstate()[0] else ("utf-8", n_lone_returns == 0)
 
 
-def _decodes(data: bytes, encoding: str) -> bool:
-    """Whether bytes are a text in an encoding, which may end within a character."""
+def _decode(data: bytes, encoding: str) -> str | None:
+    """Give the text of bytes in an encoding, which may end within a character; None where they are none."""
     try:
-        codecs.getincrementaldecoder(encoding)().decode(data)
+        return codecs.getincrementaldecoder(encoding)().decode(data)
     except UnicodeDecodeError:
-        return False
-    return True
+        return None
 
 
 def _is_chinese(data: bytes, *, min_share: float = 0.7) -> bool:
     """Whether bytes are a text in GB18030: most characters beyond ASCII are common Chinese ones (GB 2312, level 1)."""
-    if not _decodes(data, "gb18030"):
-        return False
-    text = codecs.getincrementaldecoder("gb18030")().decode(data)
+    text = _decode(data, "gb18030") or ""
     codes = [character.encode("gb2312", errors="ignore") for character in text if not character.isascii()]
     n_common = sum(len(code) == 2 and 0xB0 <= code[0] <= 0xD7 for code in codes)
     n_signs = sum(len(code) == 2 and code[0] < 0xB0 for code in codes)

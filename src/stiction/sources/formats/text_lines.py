@@ -22,11 +22,15 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["MAX_LINE_LENGTH", "RowRepair", "find_cut_off", "is_cut_off", "line_too_long"]
+__all__ = ["MAX_LINE_LENGTH", "RowRepair", "is_cut_off", "line_too_long"]
 
 MAX_LINE_LENGTH = 1_000_000
 """Longest line that is read [bytes]."""
 BLOCK_BYTES = 8 << 20
+ROWS_BEFORE = 50
+"""Rows with which the last one is compared [-]."""
+MAX_SHOWN = 24
+"""Characters of an incomplete row in the message."""
 _NEWLINE, _QUOTE, _RETURN, _SPACE = b'\n"\r '
 
 
@@ -48,23 +52,37 @@ class RowRepair:
     first_ragged_line: int = 0
     torn_numbers: list[str] = field(default_factory=list)
     """Numbers of ragged rows that a comma between thousands may have split into two cells."""
+    cut_off: str = ""
+    """End of an incomplete last row, which is left out; empty where the file ends with a whole row."""
 
-    def run(self, path: Path, copy: Path, *, skip_lines: int, end: int) -> Path:
-        """Check the rows between the header and the byte `end`; give the file, or the copy when it was needed."""
+    def run(self, path: Path, copy: Path, *, skip_lines: int) -> Path:
+        """Check the rows after the header, and leave out an incomplete last one; give the file, or a copy if needed."""
         out: BinaryIO | None = None
         with open(path, "rb") as file, ExitStack() as stack:
             offset = sum(len(file.readline()) for _ in range(skip_lines))
-            self.n_lines = skip_lines
-            is_cut = end < path.stat().st_size
-            for block in _blocks(file, end):
-                pieces = self._repair(block, is_last=offset + len(block) == end)
-                if out is None and (pieces is not None or is_cut):
+            self.n_lines, size, before = skip_lines, path.stat().st_size, b""
+            for block in _blocks(file):
+                is_last = offset + len(block) == size
+                if is_last and not block.endswith(b"\n") and block.strip():
+                    self.cut_off = self._find_cut_off(before, block)
+                pieces = [] if self.cut_off else self._repair(block, is_last=is_last)
+                if out is None and pieces is not None:
                     out = stack.enter_context(open(copy, "wb"))
                     _copy_start(path, out, offset)
                 if out is not None:
                     out.writelines([block] if pieces is None else pieces)
-                offset += len(block)
+                offset, before = offset + len(block), block
         return path if out is None else copy
+
+    def _find_cut_off(self, before: bytes, last: bytes) -> str:
+        """Give the end of the last line, which no line feed ends, where it is less than a row; else an empty text."""
+        lines = [*before.rsplit(b"\n", ROWS_BEFORE + 1)[-ROWS_BEFORE - 1 : -1], last]
+        texts = [line.decode(errors="replace") for line in lines]
+        try:
+            *rows, row = [split_lines([text], self.delimiter)[0][0] for text in texts if text.strip()]
+        except csv.Error:  # `_split` refuses the line
+            return ""
+        return texts[-1][-MAX_SHOWN:] if is_cut_off(row, [row for row in rows if any(map(str.strip, row))]) else ""
 
     def _repair(self, block: bytes, *, is_last: bool) -> list[bytes] | None:
         """Give a block in pieces, with repaired rows; None when none needs it."""
@@ -144,9 +162,6 @@ class RowRepair:
             if self.delimiter == "," and len(row) > self.width and (torn := find_torn_number(row)):
                 self.torn_numbers.append(torn)
         cells = [cell.strip() for cell in row[: self.width]] + [""] * (self.width - len(row))
-        joined = self.delimiter.join(cells)
-        if joined and '"' not in joined and len(joined.splitlines()) == 1 and joined.count(self.delimiter) < self.width:
-            return f"{joined}\n".encode()
         text = io.StringIO()
         cells = [unwrap(" ".join(cell.splitlines())).strip() for cell in cells]
         csv.writer(text, delimiter=self.delimiter, lineterminator="\n").writerow(cells)
@@ -163,10 +178,10 @@ def _join_spaces(block: bytes) -> bytes:
     return joined[:-1][~((joined[:-1] == _SPACE) & ends)].tobytes() or b"\n"
 
 
-def _blocks(file: BinaryIO, end: int) -> Iterator[bytes]:
+def _blocks(file: BinaryIO) -> Iterator[bytes]:
     """Read a file in blocks that end with a line, or within one that is too long."""
     rest = b""
-    while data := file.read(min(BLOCK_BYTES, end - file.tell())):
+    while data := file.read(BLOCK_BYTES):
         data = rest + data
         cut = data.rfind(b"\n") + 1
         if len(data) - cut > MAX_LINE_LENGTH:
@@ -191,34 +206,6 @@ def _copy_start(path: Path, out: BinaryIO, n_bytes: int) -> None:
         while n_bytes > 0 and (data := file.read(min(n_bytes, BLOCK_BYTES))):
             out.write(data)
             n_bytes -= len(data)
-
-
-ROWS_BEFORE = 50
-"""Rows with which the last one is compared [-]."""
-MAX_SHOWN = 24
-"""Characters of the incomplete row in the message."""
-
-
-def find_cut_off(path: Path, delimiter: str, skip_lines: int) -> tuple[int, str]:
-    """Find where the whole rows of a UTF-8 file end [bytes], and the end of the incomplete row after them, if any."""
-    size, n_bytes = path.stat().st_size, 65_536
-    with open(path, "rb") as file:
-        file.seek(size - 1)
-        if file.read() == b"\n":
-            return size, ""
-        while True:
-            file.seek(max(size - n_bytes, 0))
-            lines = file.read().split(b"\n")
-            if n_bytes >= size or len(lines) > ROWS_BEFORE + 1:
-                break
-            n_bytes *= 4
-    skipped = skip_lines if n_bytes >= size else 1
-    *before, last = [line.decode(errors="replace") for line in lines[skipped:]] or [""]
-    rows = [row for line in before for row in split_lines([line], delimiter)[0] if any(map(str.strip, row))]
-    for row in split_lines([last], delimiter)[0]:
-        if is_cut_off(row, rows[-ROWS_BEFORE:]):
-            return size - len(lines[-1]), last[-MAX_SHOWN:]
-    return size, ""
 
 
 def is_cut_off(row: Sequence[str], before: Sequence[Sequence[str]], *, min_rows: int = 20) -> bool:

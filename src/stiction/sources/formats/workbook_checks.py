@@ -6,11 +6,11 @@ import re
 import subprocess
 import sys
 import zipfile
-import zlib
+from functools import reduce
 from typing import TYPE_CHECKING
 
 from stiction.errors import RecordError
-from stiction.foreign_errors import damaged
+from stiction.foreign_errors import damage_refused, damaged
 from stiction.sources.compression import ByteLimit
 
 if TYPE_CHECKING:
@@ -49,24 +49,19 @@ def require_size(source: ByteSource) -> None:
     if not source.head.startswith(b"PK"):
         return
     limit = ByteLimit(source.origin.name, source.max_bytes, source.path.stat().st_size)
-    try:
-        with zipfile.ZipFile(source.path) as archive:
-            for member in archive.infolist():
-                rest, n_rows, n_columns = b"", 0, 0
-                with archive.open(member) as stream:
-                    while piece := stream.read(1 << 20):
-                        limit.add(len(piece))
-                        if not member.filename.startswith("xl/worksheets/"):
-                            continue
-                        cells = CELL_WITH_VALUE.findall(rest + piece)
-                        n_rows = max([n_rows, *(int(row) for _, row in cells[:1] + cells[-1:])])
-                        n_columns = max([n_columns, *map(_column_number, {letters for letters, _ in cells})])
-                        rest = piece[-64:]
-                require_area(source, n_rows, n_columns)
-    except RecordError:
-        raise
-    except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, NotImplementedError, OSError, ValueError) as error:
-        raise damaged(source.origin.name, error, REMEDY) from None
+    with damage_refused(source.origin.name, REMEDY), zipfile.ZipFile(source.path) as archive:
+        for member in archive.infolist():
+            rest, n_rows, n_columns = b"", 0, 0
+            with archive.open(member) as stream:
+                while piece := stream.read(1 << 20):
+                    limit.add(len(piece))
+                    if not member.filename.startswith("xl/worksheets/"):
+                        continue
+                    cells = CELL_WITH_VALUE.findall(rest + piece)
+                    n_rows = max([n_rows, *(int(row) for _, row in cells[:1] + cells[-1:])])
+                    n_columns = max([n_columns, *map(_column_number, {letters for letters, _ in cells})])
+                    rest = piece[-64:]
+            require_area(source, n_rows, n_columns)
 
 
 def require_survivable(source: ByteSource) -> None:
@@ -96,7 +91,4 @@ def require_area(source: ByteSource, n_rows: int, n_columns: int) -> None:
 
 def _column_number(letters: bytes) -> int:
     """Number of a column (from 1) by its letters."""
-    number = 0
-    for letter in letters:
-        number = 26 * number + letter - 64
-    return number
+    return reduce(lambda number, letter: 26 * number + letter - 64, letters, 0)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import polars as pl
 
+from stiction.display.number_format import list_first
 from stiction.sources.layouts import (
     long_table,
     one_tag,
@@ -31,21 +32,19 @@ __all__ = ["LAYOUTS", "Layout", "read_layout", "register_layout"]
 class Layout(Protocol):
     """A page, or any object, that reads one layout."""
 
-    def recognises(self, table: RawTable, options: ReadOptions) -> bool:
-        """Whether this layout can read the table."""
-        ...
-
-    def read(self, table: RawTable, options: ReadOptions) -> list[TagColumn]:
-        """Give the columns of the table that are not time."""
+    def read(self, table: RawTable, options: ReadOptions) -> list[TagColumn] | None:
+        """Give the columns of the table that are not time; None where it has another layout."""
         ...
 
 
 LAYOUTS: list[Layout] = [tags_in_rows, stacked_tags, time_value_pairs, stacked_loops, long_table, one_tag, wide]
 """Layouts in the order in which they are tried; the last one reads every table."""
+MAX_LISTED = 5
+"""Tables that a note names [-]."""
 
 
 def register_layout(layout: Layout) -> None:
-    """Add a layout, a module or object with ``recognises`` and ``read``; it is tried before all others.
+    """Add a layout, a module or object with ``read``; it is tried before all others.
 
     Examples
     --------
@@ -62,8 +61,8 @@ def read_layout(tables: Sequence[RawTable], options: ReadOptions) -> list[TagCol
     columns: list[TagColumn] = []
     for table in _join_pieces([table for table in tables if table.width]):
         table = take_averages(table, options)
-        layout = next(layout for layout in LAYOUTS if layout.recognises(table, options))
-        columns += layout.read(table, options)
+        found = (layout.read(table, options) for layout in LAYOUTS)
+        columns += next(one for one in found if one is not None)
     return columns
 
 
@@ -86,8 +85,7 @@ def _join(tables: Sequence[RawTable]) -> RawTable:
         frames = [pl.DataFrame(table.reader(positions).get_columns(), schema=names) for table in tables]
         return pl.concat(frames, how="vertical_relaxed")
 
-    shown = ", ".join(table.origin.name for table in tables[:5])
-    more = f" and {len(tables) - 5} more" if len(tables) > 5 else ""
-    note = f"{len(tables)} tables with the same headings were joined in this order: {shown}{more}."
+    shown = list_first([table.origin.name for table in tables], MAX_LISTED)
+    note = f"{len(tables)} tables with the same headings were joined in this order: {shown}."
     notes = [*dict.fromkeys(text for table in tables for text in table.notes), note]
     return replace(tables[0], reader=read, notes=notes, _columns={})

@@ -107,7 +107,8 @@ def _average_rows(table: RawTable) -> RawTable:
     """Keep the rows of averages where a column of a long table names the aggregate of each row."""
     names = table_headings(table).names
     width = table.width if table.width <= 40 else 0
-    places = [i for i in range(width) if _are_aggregates(table.sample_column(i))]
+    present = [{cell.upper() for cell in table.sample_column(i)} for i in range(width)]
+    places = [i for i in range(width) if present[i] and present[i] <= AGGREGATES.keys()]
     found = find_long_columns(names, table.sample, table.decimal) if len(places) == 1 else {}
     if not found or places[0] in found.values():
         return table
@@ -138,7 +139,3 @@ def _average_rows(table: RawTable) -> RawTable:
     note = f"Column {names[places[0]]} names aggregates ({', '.join(sorted(set(words))[:9])}): the {used} used."
     sample = [row for row in table.sample if AGGREGATES.get("".join(row[places[0] :][:1]).strip().upper()) == wanted]
     return replace(table, sample=sample, reader=read, notes=[*table.notes, note], _columns={})
-
-
-def _are_aggregates(cells: Sequence[str]) -> bool:
-    return bool(cells) and all(cell.upper() in AGGREGATES for cell in cells)

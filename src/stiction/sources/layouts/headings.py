@@ -19,13 +19,12 @@ from stiction.sources.roles.vocabulary import COLUMN_WORDS, TAG_WORDS, UNIT_HEAD
 from stiction.sources.table import Clock, TagColumn
 from stiction.sources.time.parse import parse_time
 from stiction.sources.time.stamps import unread_stamp_error
-from stiction.sources.time.text_stamps import is_timestamp
 from stiction.sources.time.time_columns import find_time_columns, is_time_heading
 from stiction.sources.values.numeric_cells import parse_numbers
 from stiction.sources.values.units import to_one_unit
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Callable, Collection, Iterable, Sequence
 
     from numpy.typing import NDArray
 
@@ -104,12 +103,6 @@ def flag_loaders(table: RawTable, positions: Iterable[int]) -> dict[str, Callabl
     return {column_label(column): column.load for column in columns}
 
 
-def is_stamp_column(table: RawTable, position: int) -> bool:
-    """Whether most cells of a column in the first rows are time stamps."""
-    cells = table.sample_column(position)
-    return bool(cells) and 2 * sum(map(is_timestamp, cells)) > len(cells)
-
-
 def find_clock(
     table: RawTable, options: ReadOptions, *, taken: Iterable[int] = (), only: int | None = None
 ) -> tuple[Clock | None, set[int]]:
@@ -123,6 +116,7 @@ def find_clock(
     if not found.positions:
         return None, positions
     first = partial(parse_time, _first_rows(table), found, options)
+    table.clock |= {*found.positions, found.fraction} - {None}
     return Clock(partial(parse_time, table, found, options), first), positions
 
 
@@ -189,9 +183,17 @@ def convert_units(column: TagColumn, units: pl.Series) -> None:
     texts = units.cast(pl.String).fill_null("").str.strip_chars()
     names = texts.unique(maintain_order=True).to_list()
     codes = texts.replace_strict(names, range(len(names)), return_dtype=pl.Int64).to_numpy()
-    found = to_one_unit(parse_numbers(column.load(), table.decimal, where=where).values, names, codes, where)
-    column.load, column.unit = lambda: pl.Series(found.values), found.unit
-    table.notes += [f"{column_label(column)}: {found.note}"] if found.note else []
+    numbers = parse_numbers(column.load(), table.decimal, where=where).values
+    values, column.unit, note = to_one_unit(numbers, names, codes, where)
+    column.load = lambda: pl.Series(values)
+    table.notes += [f"{column_label(column)}: {note}"] if note else []
+
+
+def written_mask(cells: pl.Series, words: Collection[str] = ("",)) -> pl.Series:
+    """Mark the cells that hold something, and none of some words in capitals."""
+    if cells.dtype != pl.String:
+        return cells.is_not_null()
+    return cells.is_not_null() & ~cells.str.strip_chars().str.to_uppercase().is_in(list(words))
 
 
 def pick_stamps(clock: Clock, rows: Rows) -> Clock:

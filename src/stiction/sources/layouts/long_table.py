@@ -13,6 +13,7 @@ from stiction.sources.roles.column_names import normalise_name
 from stiction.sources.roles.group_columns import flag_role
 from stiction.sources.roles.vocabulary import COLUMN_WORDS
 from stiction.sources.time.text_stamps import is_timestamp
+from stiction.sources.time.time_columns import is_stamp_column
 from stiction.sources.values.number_text import is_number
 
 if TYPE_CHECKING:
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from stiction.sources.options import ReadOptions
     from stiction.sources.table import RawTable, TagColumn
 
-__all__ = ["find_long_columns", "find_series_columns", "read", "recognises"]
+__all__ = ["find_long_columns", "find_series_columns", "read"]
 
 MAX_TAGS = 20_000
 """Tags that are read at once [-]."""
@@ -85,13 +86,8 @@ def _are_values(cells: Sequence[str], decimal: str) -> bool:
     return bool(cells) and all(is_number(cell, decimal) and not is_timestamp(cell) for cell in cells)
 
 
-def recognises(table: RawTable, options: ReadOptions) -> bool:
-    """Whether a table has a column of tags and one of values, and its headings make no loop."""
-    return bool(_find(table, options))
-
-
 def _find(table: RawTable, options: ReadOptions) -> dict[str, int]:
-    """Columns of a long table; the sample says nothing where the user named a column of a signal."""
+    """Columns of a long table, whose headings make no loop; a user who names a column of a signal overrules cells."""
     names = headings.table_headings(table).names
     if table.width > 40 or headings.has_loop(names):
         return {}
@@ -101,12 +97,13 @@ def _find(table: RawTable, options: ReadOptions) -> dict[str, int]:
     return find_long_columns(names, () if is_named else table.sample, table.decimal)
 
 
-def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
+def read(table: RawTable, options: ReadOptions) -> list[TagColumn] | None:
     """Give the tags of a long table, each with its rows, in the order in which they first appear."""
-    found = _find(table, options)
+    if not (found := _find(table, options)):
+        return None
     clock, time = headings.find_clock(table, options, taken=found.values())
     if clock is None:
-        stamped = [i for i in range(table.width) if i not in found.values() and headings.is_stamp_column(table, i)]
+        stamped = [i for i in range(table.width) if i not in found.values() and is_stamp_column(table, i)]
         clock, time = headings.find_clock(table, options, only=stamped[0]) if stamped else (None, set())
     if clock is None:
         raise RecordError("is a long table without a time column; export the time stamps too.", where=table.origin.name)

@@ -10,41 +10,38 @@ from stiction.sources.layouts import headings
 from stiction.sources.roles.column_names import normalise_name
 from stiction.sources.roles.loop_roles import FLAG_ROLES
 from stiction.sources.roles.vocabulary import INDEX_WORDS, UNIT_HEADINGS, VALUE_WORDS
-from stiction.sources.time.time_columns import is_time_heading
+from stiction.sources.time.time_columns import is_stamp_column, is_time_heading
 
 if TYPE_CHECKING:
     from stiction.sources.options import ReadOptions
     from stiction.sources.table import Origin, RawTable, TagColumn
 
-__all__ = ["read", "recognises"]
+__all__ = ["read"]
 
 _EXPORT_DATE = re.compile(r"[-_. ]*\d{4}-?\d{2}-?\d{2}.*$")
 
 
-def recognises(table: RawTable, options: ReadOptions) -> bool:  # noqa: ARG001
-    """Whether a table has one column of values beside its time: at most date, clock, value, quality and unit."""
-    return table.width <= 5 and _value_column(table) is not None
-
-
 def _value_column(table: RawTable) -> int | None:
-    """Find the only column of values; None when there are several, or what stands in it is not known."""
+    """Find the only column of values beside at most date, clock, quality and unit; None where it is not clear."""
+    if table.width > 5:
+        return None
     names = headings.table_headings(table).names
     words = [normalise_name(name) for name in names]
     roles = [(headings.parse_role(name) or ("", ""))[1] for name in names]
-    if table.width == 2 and not any(roles) and not words[1] and headings.is_stamp_column(table, 0):
+    if table.width == 2 and not any(roles) and not words[1] and is_stamp_column(table, 0):
         return 1
     columns = range(table.width)
     beside = {*headings.flag_positions(table), *(i for i in columns if words[i] in UNIT_HEADINGS)}
     values = [i for i in columns if (roles[i] and roles[i] not in FLAG_ROLES) or words[i] in VALUE_WORDS]
     times = [i for i in columns if is_time_heading(names[i]) or words[i] in INDEX_WORDS]
-    times = times or [i for i in columns if i not in {*values, *beside} and headings.is_stamp_column(table, i)]
+    times = times or [i for i in columns if i not in {*values, *beside} and is_stamp_column(table, i)]
     return values[0] if times and len(values) == 1 and {*values, *beside, *times} == set(columns) else None
 
 
-def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
+def read(table: RawTable, options: ReadOptions) -> list[TagColumn] | None:
     """Give the one tag of a table, named by its heading, else by a line above the header, else by the file."""
-    value = _value_column(table)
-    assert value is not None
+    if (value := _value_column(table)) is None:
+        return None
     clock, no_signals = headings.find_clock(table, options, taken=[value])
     column = headings.heading_column(table, value, clock)
     column.own_clock = True

@@ -23,30 +23,26 @@ if TYPE_CHECKING:
     from stiction.sources.options import ReadOptions
     from stiction.sources.table import RawTable, TagColumn
 
-__all__ = ["read", "recognises"]
+__all__ = ["read"]
 
 MIN_LOOP_ROWS = 10
 """Rows that a loop needs [rows]."""
 
 
-def recognises(table: RawTable, options: ReadOptions) -> bool:
-    """Whether a column may name the loop of each row: its heading says so, and the others are signals of one loop."""
-    names = table_headings(table).names
-    tags = {pair[0] for name in names if (pair := parse_role(name))}
-    return tags == {""} and has_loop(names) and _tag_column(names, options) is not None
-
-
 def _tag_column(names: list[str], options: ReadOptions) -> int | None:
+    """Find the column that may name the loop of each row: its heading says so, and the others are one loop."""
+    if {pair[0] for name in names if (pair := parse_role(name))} != {""} or not has_loop(names):
+        return None
     named = {str(column).strip().upper() for column in options.columns.values()}
     free = [i for i, name in enumerate(names) if name.strip().upper() not in named]
     return next((i for i in free if normalise_name(names[i]) in TAG_WORDS), None)
 
 
-def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
+def read(table: RawTable, options: ReadOptions) -> list[TagColumn] | None:
     """Give the columns of each loop, named like ``FIC-1.PV``; those of the whole table where the names are no tags."""
     names = table_headings(table).names
-    tag_position = _tag_column(names, options)
-    assert tag_position is not None
+    if (tag_position := _tag_column(names, options)) is None:
+        return None
     clock, no_signals = find_clock(table, options, taken=[tag_position])
     table.load({tag_position, *no_signals, *(i for i, name in enumerate(names) if parse_role(name))})
     tags = table.column(tag_position).cast(pl.String).str.strip_chars().fill_null("").alias("tag")

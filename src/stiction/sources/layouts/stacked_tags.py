@@ -16,14 +16,7 @@ if TYPE_CHECKING:
     from stiction.sources.options import ReadOptions
     from stiction.sources.table import RawTable, TagColumn
 
-__all__ = ["read", "recognises"]
-
-
-def recognises(table: RawTable, options: ReadOptions) -> bool:  # noqa: ARG001
-    """Whether lines above and among the data name two tags, over at most date, clock, value and quality."""
-    if table.width > 4 or not (first := headings.last_tag(table)):
-        return False
-    return any(name not in ("", first) for _, name, _ in _lines_between(table))
+__all__ = ["read"]
 
 
 def _lines_between(table: RawTable) -> list[tuple[int, str, str]]:
@@ -39,16 +32,22 @@ def _lines_between(table: RawTable) -> list[tuple[int, str, str]]:
     return [(row, name, "" if name else headings.unit_in_line(texts)) for row, name, texts in named]
 
 
-def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
-    """Give the tag of each block with its rows; blocks of the same tag are joined."""
+def read(table: RawTable, options: ReadOptions) -> list[TagColumn] | None:
+    """Give the tag of each block with its rows, blocks of the same tag joined, where lines name two tags or more.
+
+    The blocks have at most date, clock, value and quality.
+    """
+    first = headings.last_tag(table) if table.width <= 4 else ""
+    lines = _lines_between(table) if first else []
+    if not any(name not in ("", first) for _, name, _ in lines):
+        return None
     clock, no_signals = headings.find_clock(table, options)
     if clock is None:
         raise RecordError(
             "contains tags one below the other, without times; export the times too.", where=table.origin.name
         )
-    lines = _lines_between(table)
     readable = readable_rows(table, clock.stamps, ignored=np.array([row for row, *_ in lines], dtype=np.int64))
-    names = [headings.last_tag(table), *(name for _, name, _ in lines if name)]
+    names = [first, *(name for _, name, _ in lines if name)]
     starts = [0, *(row + 1 for row, name, _ in lines if name)]
     rows: dict[str, list[np.ndarray]] = {}
     units: dict[str, str] = {}

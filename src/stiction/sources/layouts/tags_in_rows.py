@@ -18,12 +18,7 @@ if TYPE_CHECKING:
     from stiction.sources.options import ReadOptions
     from stiction.sources.table import RawTable, TagColumn
 
-__all__ = ["read", "recognises"]
-
-
-def recognises(table: RawTable, options: ReadOptions) -> bool:  # noqa: ARG001
-    """Whether a row of time stamps stands above rows that begin with the name of a signal."""
-    return _find_corner(table) is not None
+__all__ = ["read"]
 
 
 def _find_corner(table: RawTable, *, min_times: int = 4, max_leading: int = 6) -> tuple[list[str], int, int] | None:
@@ -40,10 +35,10 @@ def _find_corner(table: RawTable, *, min_times: int = 4, max_leading: int = 6) -
     return None
 
 
-def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
-    """Turn the table round and give its columns, one for each row."""
-    corner = _find_corner(table)
-    assert corner is not None
+def read(table: RawTable, options: ReadOptions) -> list[TagColumn] | None:
+    """Turn round a table with stamps above rows that begin with a signal's name; give its columns, one for each row."""
+    if (corner := _find_corner(table)) is None:
+        return None
     times, first, tag_position = corner
     forget_note_on_lines_above(table)
     table.load(range(table.width))

@@ -5,39 +5,29 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
-import polars as pl
-
 from stiction.sources.layouts.headings import (
     find_clock,
     heading_column,
-    is_stamp_column,
     parse_role,
     pick_rows,
     pick_stamps,
     share_clocks,
     table_headings,
+    written_mask,
 )
 from stiction.sources.roles.column_names import normalise_name
 from stiction.sources.roles.vocabulary import VALUE_WORDS
-from stiction.sources.time.time_columns import is_time_heading
+from stiction.sources.time.time_columns import is_stamp_column, is_time_heading
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
     from stiction.sources.options import ReadOptions
     from stiction.sources.table import Clock, RawTable, TagColumn
 
-__all__ = ["read", "recognises"]
-
-
-def recognises(table: RawTable, options: ReadOptions) -> bool:
-    """Whether several columns of time stand before signals, their headings equal, blank or the name of the signal."""
-    return "time" not in options.columns and len(_time_positions(table)) > 1
+__all__ = ["read"]
 
 
 def _time_positions(table: RawTable) -> list[int]:
-    """Find the columns of time; empty when they are not of this layout."""
+    """Find the columns of time before signals, their headings equal, blank or the name of the signal; else none."""
     names = table_headings(table).names
     # pandas and Excel put a number after a repeated heading, `Time.1`; but T1 may be a temperature.
     plain = [re.sub(r"[._ ]?\d{1,3}$", "", name.strip()) for name in names]
@@ -55,12 +45,15 @@ def _time_positions(table: RawTable) -> list[int]:
     return times if times[:1] == [0] and all(end - i > 1 for i, end in zip(times, ends, strict=True)) else []
 
 
-def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
+def read(table: RawTable, options: ReadOptions) -> list[TagColumn] | None:
     """Give the signals of a table, each with the times of the column before it; equal times are one clock."""
+    times = [] if "time" in options.columns else _time_positions(table)
+    if len(times) < 2:
+        return None
     names, units, _ = table_headings(table)
-    times = _time_positions(table)
     table.load(times)
-    rows = {time: _written_rows(table.column(time)) for time in times}
+    # A pair may end before the longest one of the table.
+    rows = {time: written_mask(table.column(time)).arg_true().to_numpy() for time in times}
     own: dict[int, Clock] = {}
     for time in times:
         clock, _ = find_clock(table, options, only=time)
@@ -83,11 +76,3 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
                 column.name = names[time]
         columns.append(pick_rows(column, rows[time], clocks[time], own_clock=not is_one_clock))
     return columns
-
-
-def _written_rows(times: pl.Series) -> NDArray[np.integer]:
-    """Give the rows with a time stamp; a pair may end before the longest one of the table."""
-    written = times.is_not_null()
-    if times.dtype == pl.String:
-        written &= times.str.strip_chars() != ""
-    return written.arg_true().to_numpy()

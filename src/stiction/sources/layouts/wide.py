@@ -7,7 +7,6 @@ from operator import and_
 from typing import TYPE_CHECKING
 
 import numpy as np
-import polars as pl
 
 from stiction.errors import RecordError, Setting
 from stiction.records.quality.compression import is_stored_on_change
@@ -20,6 +19,7 @@ from stiction.sources.layouts.headings import (
     pick_rows,
     pick_stamps,
     table_headings,
+    written_mask,
 )
 from stiction.sources.roles.column_names import is_unit, normalise_name
 from stiction.sources.roles.vocabulary import MISSING_WORDS, UNIT_HEADINGS
@@ -31,16 +31,11 @@ if TYPE_CHECKING:
     from stiction.sources.options import ReadOptions
     from stiction.sources.table import RawTable, TagColumn
 
-__all__ = ["read", "recognises"]
+__all__ = ["read"]
 
 _UNIT_OF = re.compile(rf"(?:(.*?)[\s._:/-]+)?(?:{'|'.join(map(re.escape, UNIT_HEADINGS))})", re.IGNORECASE)
 MIN_WRITTEN = 3
 """Cells among the first rows without which a column is not looked at, as some formats give those of few columns [-]."""
-
-
-def recognises(table: RawTable, options: ReadOptions) -> bool:  # noqa: ARG001
-    """Whether this layout can read a table: it reads all that no other layout recognises."""
-    return table.width > 0
 
 
 def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
@@ -62,7 +57,7 @@ def read(table: RawTable, options: ReadOptions) -> list[TagColumn]:
     for column in [column for column in columns if column not in qualities]:
         column.flags = {one.name: one.load for one in qualities if _is_quality_of(one, column, qualities)}
         if column in sparse:
-            rows = _written_mask(column.cells).arg_true().to_numpy()
+            rows = written_mask(column.cells, MISSING_WORDS).arg_true().to_numpy()
             column = pick_rows(column, rows, pick_stamps(clock, rows), own_clock=True)
         stored += [column] if len(column.cells) else []
     return stored
@@ -119,7 +114,7 @@ def _find_sparse(table: RawTable, columns: Sequence[TagColumn], *, min_full_shar
 
 def _is_on_change(column: TagColumn) -> bool:
     """Whether the cells between the values of a column are blank because it had not changed."""
-    rows = _written_mask(column.cells).arg_true()
+    rows = written_mask(column.cells, MISSING_WORDS).arg_true()
     values = parse_numbers(column.cells.gather(rows), column.table.decimal).values
     return is_stored_on_change(values, rows.cast(float).to_numpy())
 
@@ -132,10 +127,3 @@ def _is_sparse(
         return False
     blanks = [np.diff(np.flatnonzero([True, *stored, True])).max() - 1 for stored in (one, other)]
     return max(blanks) <= max_blank
-
-
-def _written_mask(cells: pl.Series) -> pl.Series:
-    """Mark the cells that hold something."""
-    if cells.dtype != pl.String:
-        return cells.is_not_null()
-    return cells.is_not_null() & ~cells.str.strip_chars().str.to_uppercase().is_in(list(MISSING_WORDS))

@@ -21,6 +21,7 @@ from stiction.sources.roles.loop_roles import (
 from stiction.sources.roles.map_file import apply_map
 from stiction.sources.roles.pair_groups import pair_by_description, pair_by_letters, parse_instrument_tag
 from stiction.sources.roles.vocabulary import INDEX_WORDS, loop_type_of
+from stiction.sources.table import find_column
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
     from stiction.sources.roles.map_file import MapRow
     from stiction.sources.table import TagColumn
 
-__all__ = ["assign_roles"]
+__all__ = ["assign_roles", "choose_loops"]
 
 MAX_LISTED = 20
 """Names in a message [-]."""
@@ -45,7 +46,7 @@ def assign_roles(
     if map_rows is not None:
         loops = apply_map(columns, map_rows)
         _name_unused(columns, loops, None)
-        return _choose_loop(loops, options, source)
+        return choose_loops(loops, options, source)
     chosen = {role: _choose_column(role, name, columns) for role, name in options.columns.items() if role != "time"}
     groups, bare = group_columns([column for column in columns if column not in chosen.values()])
     wanted = _put_chosen(chosen, groups)
@@ -61,24 +62,16 @@ def assign_roles(
         wanted = next(group for group in groups if set(chosen.values()) & set(group.all_columns()))
         wanted = _join_only_loop(wanted, groups)
     shorten_block_tags(groups)
-    return _choose_loop(_make_loops(columns, groups, wanted, options.tag or "", source), options, source)
+    return choose_loops(_make_loops(columns, groups, wanted, options.tag or "", source), options, source)
 
 
 def _choose_column(role: str, name: str | int, columns: Sequence[TagColumn]) -> TagColumn:
     """Find the column that the user names for a role, by its name or by its number (from 0)."""
-    source, text = columns[0].table.origin.name, str(name).strip()
     if role not in ROLES:
         raise ParameterError(f"{role!r} is not a signal; name columns for time, {', '.join(ROLES)}.")
-    by_name = (c for c in columns if isinstance(name, str) and c.name.strip().upper() == text.upper())
-    by_number = (c for c in columns if text == str(c.position))
-    if column := next(by_name, None) or next(by_number, None):
-        return column
-    if text.lstrip("-").isdigit():
-        last = columns[0].table.width - 1
-        raise RecordError(f"has no column {text} for {role.upper()}; they are numbered 0 to {last}.", where=source)
-    names = ", ".join(column.name for column in columns[:MAX_LISTED] if column.name)
-    shown = names or "none, as the file has no header: give a number from 0"
-    raise RecordError(f"has no column {name!r} for {role.upper()}; its columns are {shown}.", where=source)
+    names, positions = [column.name for column in columns], [column.position for column in columns]
+    table = columns[0].table
+    return columns[find_column(name, names, positions, table.width - 1, role.upper(), table.origin.name)]
 
 
 def _put_chosen(chosen: dict[str, TagColumn], groups: list[TagGroup]) -> TagGroup | None:
@@ -185,14 +178,21 @@ def _number_flags(group: TagGroup) -> dict[str, TagColumn]:
     return {role if k == 1 else f"{role} {k}": column for role, k, column in pairs}
 
 
-def _choose_loop(loops: list[LoopRoles], options: ReadOptions, source: str) -> list[LoopRoles]:
-    """Pick the loop that the user asks for; a single loop without a tag takes any."""
-    if options.tag is None or (len(loops) == 1 and not loops[0].tag):
+def choose_loops(
+    loops: list[LoopRoles], options: ReadOptions, source: str, others: Sequence[str] = ()
+) -> list[LoopRoles]:
+    """Pick the loops that the user asks for, or none where one of the `others` has the tag.
+
+    A single loop without a tag takes any; of several, each is called after its file. Raises RecordError when none is
+    the wanted one, or files without tags share its name.
+    """
+    if options.tag is None or (len(loops) == 1 and not loops[0].tag and not others):
         return loops
-    chosen = [loop for loop in loops if loop.tag.lower() == options.tag.lower()]
-    if not chosen:
-        stem = loops[0].roles["op"].table.origin.stem
-        listed = ", ".join(loop.tag or stem for loop in loops[:MAX_LISTED])
+    names = [loop.tag or loop.roles["op"].table.origin.stem for loop in loops]
+    wanted = options.tag.casefold()
+    chosen = [loop for loop, name in zip(loops, names, strict=True) if name.casefold() == wanted]
+    if not chosen and wanted not in map(str.casefold, others):
+        listed = ", ".join([*names, *others][:MAX_LISTED])
         if len(loops) == 1 and options.map is None and set(options.columns) & set(NUMERIC_ROLES):
             raise RecordError(
                 "",
@@ -204,7 +204,12 @@ def _choose_loop(loops: list[LoopRoles], options: ReadOptions, source: str) -> l
                 where=source,
             )
         raise RecordError(f"has no loop {options.tag!r}; its loops are {listed}.", where=source)
-    return chosen[:1]
+    if len(chosen) > 1 and not any(loop.tag for loop in chosen):
+        files = ", ".join(loop.roles["op"].table.origin.name for loop in chosen[:MAX_LISTED])
+        raise RecordError(
+            f"{len(chosen)} files without a tag have this name ({files}); give one of them.", where=wanted
+        )
+    return chosen
 
 
 def _name_unused(columns: Sequence[TagColumn], loops: list[LoopRoles], wanted: LoopRoles | None) -> None:

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stiction.errors import RecordError
-from stiction.records.atomic_write import write_atomically
 from stiction.sources.roles.loop_roles import ROLES, LoopRoles, column_label
 from stiction.sources.roles.vocabulary import loop_type_of
 
@@ -20,7 +19,7 @@ if TYPE_CHECKING:
 
     from stiction.sources.table import TagColumn
 
-__all__ = ["MapRow", "apply_map", "map_text", "read_map", "write_map"]
+__all__ = ["MapRow", "apply_map", "map_text", "read_map"]
 
 MAP_ROLES = (*ROLES, *(f"{role} {flag}" for role in ("pv", "sp", "op", "mv") for flag in ("bad", "quality")))
 
@@ -193,8 +192,3 @@ def map_text(loops: Sequence[LoopRoles]) -> str:
         for row in (*rows, *(MapRow(name, tag, UNUSED) for name in loop.unused)):
             writer.writerow(["" if cell is None else cell for cell in astuple(row)[:-1]])
     return text.getvalue()
-
-
-def write_map(loops: Sequence[LoopRoles], path: str | PathLike[str]) -> None:
-    """Write the roles of loops as a mapping file; an existing file is replaced in one step."""
-    write_atomically(map_text(loops), path)

@@ -156,8 +156,7 @@ def _place_rows(
     if place[-1] > max(20 * len(t), 10_000):
         k = int(np.argmax(steps))
         raise RecordError(
-            f"rows {rows[k] + 1} and {rows[k + 1] + 1} of the data are {steps[k]:.6g} s apart, but the "
-            "sampling "
+            f"rows {rows[k] + 1} and {rows[k + 1] + 1} of the data are {steps[k]:.6g} s apart, but the sampling "
             f"period is {period:.6g} s",
             remedy=("cut the file there, or give ", Setting("dt")),
             where=name,

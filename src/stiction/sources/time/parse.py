@@ -29,15 +29,12 @@ if TYPE_CHECKING:
 __all__ = ["localise", "parse_time"]
 
 
-def parse_time(
-    table: RawTable, time_columns: TimeColumns, options: ReadOptions, rows: NDArray[np.int64] | None = None
-) -> Stamps:
-    """Parse the time columns of a table, which `find_time_columns` found: all rows, or some in the order given."""
+def parse_time(table: RawTable, time_columns: TimeColumns, options: ReadOptions) -> Stamps:
+    """Parse the time columns of a table, which `find_time_columns` found."""
     fraction = time_columns.fraction
     positions = [*time_columns.positions, *([] if fraction is None else [fraction])]
     table.load(positions)
-    cells = {i: table.column(i) if rows is None else table.column(i).gather(rows) for i in positions}
-    first, *second = (cells[i] for i in time_columns.positions)
+    first, *second = (table.column(i) for i in time_columns.positions)
     if second:
         stamps = _parse_date_and_clock(first, second[0], options)
     elif first.dtype.is_temporal():
@@ -50,7 +47,7 @@ def parse_time(
     else:
         stamps = parse_text_stamps(first.cast(pl.String), day_first=options.day_first, time_format=options.time_format)
     if fraction is not None and not (np.nan_to_num(stamps.seconds) % 1.0).any():
-        parts = parse_numbers(cells[fraction], table.decimal).values
+        parts = parse_numbers(table.column(fraction), table.decimal).values
         stamps.seconds = stamps.seconds + np.nan_to_num(parts) * time_columns.fraction_unit
     if stamps.kind != "relative":
         # Years before 1900 or after 2200 stand for no date, as 0001-01-01 does in some databases.

@@ -11,6 +11,7 @@ import numpy as np
 
 from stiction.errors import RecordError, Setting
 from stiction.sources.roles.vocabulary import INDEX_WORDS, TIME_UNITS, TIME_WORDS, UNIT_IN_BRACKETS, without_unit
+from stiction.sources.table import find_column
 from stiction.sources.time.numeric_time import find_epoch, is_compact_clock
 from stiction.sources.time.text_column import parse_by_strptime
 from stiction.sources.time.text_stamps import is_clock, is_date, is_timestamp
@@ -24,7 +25,14 @@ if TYPE_CHECKING:
     from stiction.sources.options import ReadOptions
     from stiction.sources.table import RawTable
 
-__all__ = ["TimeColumns", "find_time_columns", "is_time_heading", "missing_time_error", "seconds_per_unit"]
+__all__ = [
+    "TimeColumns",
+    "find_time_columns",
+    "is_stamp_column",
+    "is_time_heading",
+    "missing_time_error",
+    "seconds_per_unit",
+]
 
 MIDNIGHT = r"[T ]00:00(?::00(?:\.0+)?)?$"
 """Time of day that a program writes behind a date."""
@@ -77,7 +85,8 @@ def find_time_columns(
     names = [*headings, *[""] * (table.width - len(headings))]
     free = [i for i in range(table.width) if i not in taken]
     if "time" in options.columns:
-        candidates = [_named_column(options.columns["time"], names, table)]
+        named, last = options.columns["time"], table.width - 1
+        candidates = [find_column(named, names, range(table.width), last, "the time", table.origin.name)]
     else:
         candidates = [i for i in free if is_time_heading(names[i])]
     fraction = next((i for i in free if i not in candidates[:1] and _is_fraction(names[i], table, i)), None)
@@ -88,7 +97,7 @@ def find_time_columns(
             index = 0
         first = 0 if index is None else 1
         candidates = [first] if first in free and _is_time_column(table, first, names[first]) else []
-    if fraction is not None and not (candidates and _are_mostly_stamps(table.sample_column(candidates[0]))):
+    if fraction is not None and not (candidates and is_stamp_column(table, candidates[0])):
         candidates, fraction = sorted({*candidates, fraction}), None
     positions = _date_and_clock(candidates, table, options.time_format) or candidates[:1]
     several = f"Of {len(candidates)} time columns the first is used for all signals."
@@ -109,7 +118,7 @@ def missing_time_error(table: RawTable, headings: Sequence[str], used: Collectio
     has_index = bool(table.header) and 0 not in used and _heading_word("".join(headings[:1])) in INDEX_WORDS
     for i in sorted({*range(int(has_index), table.width)} - {*used}):
         steps = np.diff(_sample_numbers(table, i))
-        if (steps.size > 0 and ((steps > 0).all() or (steps < 0).all())) or _are_mostly_stamps(table.sample_column(i)):
+        if (steps.size > 0 and ((steps > 0).all() or (steps < 0).all())) or is_stamp_column(table, i):
             column = headings[i] if i < len(headings) and headings[i] else i
             return RecordError(
                 "no column was recognised as the time",
@@ -134,31 +143,15 @@ def _sample_numbers(table: RawTable, position: int) -> NDArray[np.float64]:
     return np.array([parse_number(cell, table.decimal) for cell in table.sample_column(position)])
 
 
-def _named_column(column: str | int, names: Sequence[str], table: RawTable) -> int:
-    """Position of the column that the user names as time."""
-    if isinstance(column, str):
-        same = [i for i, name in enumerate(names) if name.strip().upper() == column.strip().upper()]
-        if same:
-            return same[0]
-        if not column.lstrip("-").isdigit():
-            shown = ", ".join(filter(None, names[:20])) or "without names: give a number from 0"
-            raise RecordError(
-                f"has no column {column!r} for the time; its columns are {shown}.", where=table.origin.name
-            )
-    if not 0 <= int(column) < table.width:
-        raise RecordError(
-            f"has no column {column} for the time; they are numbered 0 to {table.width - 1}.", where=table.origin.name
-        )
-    return int(column)
-
-
-def _are_mostly_stamps(cells: Sequence[str]) -> bool:
+def is_stamp_column(table: RawTable, position: int) -> bool:
+    """Whether most cells of a column in the first rows are time stamps."""
+    cells = table.sample_column(position)
     return bool(cells) and 2 * sum(map(is_timestamp, cells)) > len(cells)
 
 
 def _is_time_column(table: RawTable, position: int, name: str = "") -> bool:
     """Whether a column without a heading of time holds time stamps, or under a blank heading counts since a date."""
-    if _are_mostly_stamps(table.sample_column(position)):
+    if is_stamp_column(table, position):
         return True
     values = _sample_numbers(table, position) if _heading_word(name) in INDEX_WORDS else np.array([])
     return len(values) > 1 and bool(np.isfinite(values).all()) and find_epoch(values) is not None

@@ -97,8 +97,8 @@ def _parse_texts(cells: pl.Series, decimal: str, where: str, written: str) -> Nu
         texts["" if text.upper() in MISSING_WORDS else text[:MAX_TEXT]] += count
     if len(names) == 1:
         return NumericColumn(values, texts, "")
-    one = to_one_unit(values, names, codes, where, written=written)
-    return NumericColumn(one.values, texts, one.unit, one.note)
+    values, unit, note = to_one_unit(values, names, codes, where, written=written)
+    return NumericColumn(values, texts, unit, note)
 
 
 def _parse_words(words: pl.Series, decimal: str) -> tuple[NDArray[np.float64], pl.Series]:

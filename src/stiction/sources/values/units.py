@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from functools import lru_cache
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from stiction.errors import RecordError
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["OneUnit", "scale_between", "to_one_unit"]
+__all__ = ["scale_between", "to_one_unit"]
 
 _POWER = re.compile(r"(?<=[a-zA-Z])(?=[23](?![0-9]))")
 _SPELLINGS = {"°": "deg", "³": "3", "²": "2", "·": "*", "gpm": "gallon/minute", "pct": "%"}
@@ -21,33 +21,22 @@ _SPELLINGS = {"°": "deg", "³": "3", "²": "2", "·": "*", "gpm": "gallon/minut
 _KIND = re.compile(r"(?<=bar|kpa|mpa|psi)\(?([ga])\)?$|^([ns])(?=m3|m³|l/)", re.IGNORECASE)
 
 
-class OneUnit(NamedTuple):
-    """Numbers in one unit."""
-
-    values: NDArray[np.float64]
-    """The numbers [`unit`]."""
-    unit: str
-    """The unit, as written."""
-    note: str
-    """What was converted; empty where there was one unit."""
-
-
 def to_one_unit(
     values: NDArray[np.float64], units: list[str], codes: NDArray[np.integer], where: str, *, written: str = ""
-) -> OneUnit:
+) -> tuple[NDArray[np.float64], str, str]:
     """Convert numbers to the unit that a header names (`written`), where some have it, else to that of most.
 
     `codes` give for each row its place in `units`, in which "" stands for none; `where` is file and column, for the
-    RecordError that is raised when two units cannot be converted into each other.
+    RecordError that is raised when two units cannot be converted into each other. Returns the numbers, their unit as
+    written, and what was converted: empty where there was one unit.
 
-    >>> found = to_one_unit(np.array([990.0, 1.01, 1.02]), ["L/h", "kL/h"], np.array([0, 1, 1]), "a.csv")
-    >>> found.values, found.unit, found.note
+    >>> to_one_unit(np.array([990.0, 1.01, 1.02]), ["L/h", "kL/h"], np.array([0, 1, 1]), "a.csv")
     (array([0.99, 1.01, 1.02]), 'kL/h', '1 value in L/h was converted to kL/h.')
     """
     rows = np.bincount(codes[np.isfinite(values)], minlength=len(units)).tolist()
     counts = {unit: n for n, unit in sorted(zip(rows, units, strict=True), key=lambda pair: -pair[0]) if n}
     if len(counts) < 2:
-        return OneUnit(values, next(iter(counts), ""), "")
+        return values, next(iter(counts), ""), ""
     target = next((unit for unit in counts if unit.upper() == written.upper()), next(iter(counts)))
     values, told = values.copy(), []
     for unit, n in counts.items():
@@ -61,7 +50,7 @@ def to_one_unit(
         values[mask] = values[mask] * scale[0] + scale[1]
         told += [f"{n} {'value' if n == 1 else 'values'} in {unit}"] if unit != target else []
     was = "was" if told[1:] == [] and told[0].startswith("1 ") else "were"
-    return OneUnit(values, target, f"{', '.join(told)} {was} converted to {target}.")
+    return values, target, f"{', '.join(told)} {was} converted to {target}."
 
 
 @lru_cache(maxsize=1024)
