@@ -35,7 +35,7 @@ UNKNOWABLE = {
 """Cause -> kinds that do not count for it: it is there in part, or another name for what is."""
 MISSED_WEIGHT = 0.3
 """Weight of a valve that sticks or has play and looks good in the model of the unseen valve [-]."""
-MISSED = {"unseen": 0.02, "position": 0.1}
+MISSED = {"unseen": 0.01, "position": 0.1}
 """Share that may be called good, of loops that are not trained on: of valves whose stem does not move, and of sticky
 ones whose position is recorded as OP [-]."""
 OTHERS = ("unseen", "stuck", "position")

@@ -111,9 +111,7 @@ def _diagnose(segment: JudgedSegment, prior: float, costs: Costs, smallest_S: fl
     )  # fmt: skip
     S_detectable, causes = find_detectable_S(cause_features, response), assess_causes(cause_features, prior)
     excluded = S_detectable is not None and S_detectable <= smallest_S
-    excluded |= is_backlash(
-        causes, fitted.identification, smallest_S
-    )  # play is what the record shows in place of stiction
+    excluded |= is_backlash(causes, fitted.identification, smallest_S)  # play is what shows in place of stiction
     return Diagnosis(
         segment=segment,
         verdict=decide(probability, costs, excluded=excluded),

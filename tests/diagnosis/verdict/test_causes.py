@@ -11,7 +11,14 @@ import pytest
 import stiction as st
 from stiction.diagnosis.identification.loop_response import S_GRID, LoopResponse
 from stiction.diagnosis.verdict.cause_features import CAUSE_FEATURES
-from stiction.diagnosis.verdict.causes import CAUSES, OscillationCause, assess_causes, cause_models, find_detectable_S
+from stiction.diagnosis.verdict.causes import (
+    CAUSES,
+    OscillationCause,
+    assess_causes,
+    cause_models,
+    find_detectable_S,
+    smallest_shown,
+)
 
 N, DT = 2500, 1.0
 WAVE = 3.0 * np.sin(2.0 * np.pi * np.arange(N) / 47.3)
@@ -70,6 +77,14 @@ def test_prior_changes_the_valve_alone():
 def test_no_stiction_is_excluded_without_evidence_predicted():
     assert find_detectable_S(UNKNOWN, LoopResponse()) is None
     assert find_detectable_S(UNKNOWN, LoopResponse(evidence=np.zeros(S_GRID.size))) is None
+
+
+def test_the_smallest_stiction_shown_lies_where_the_evidence_is_enough():
+    """Evidence of 10 a step of the grid: 20 stands at its third S, 25 halfway in ln(S) to the fourth."""
+    evidence = np.linspace(0.0, 90.0, 10)
+    assert smallest_shown(evidence, 20.0) == pytest.approx(S_GRID[2], abs=1e-3)
+    assert smallest_shown(evidence, 25.0) == pytest.approx(math.sqrt(S_GRID[2] * S_GRID[3]), abs=1e-3)
+    assert smallest_shown(np.zeros(10), 20.0) is None
 
 
 def test_detectable_stiction_grows_with_the_noise():

@@ -10,7 +10,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["OpAnswer", "find_answer"]
+__all__ = ["OpAnswer", "answers", "find_answer"]
 
 LAGS, DELAYS = (0.0, 2.0, 5.0, 12.0, 30.0), (1, 2, 3, 5, 8, 12)
 """Time constants and dead times of the answers [samples]."""
@@ -27,8 +27,7 @@ the other sign, over none [-]. A stem that does not move has either by chance.""
 def answers(op: NDArray[np.float64], first: int) -> NDArray[np.float64]:
     """First-order answers to OP from sample `first` on, shape (n_answers, n_samples - first)."""
     away = op - op[0]
-    padded = np.zeros(max(DELAYS) + op.size)
-    found = []
+    padded, found = np.zeros(max(DELAYS) + op.size), []
     for lag in LAGS:
         padded[max(DELAYS) :] = np.convolve(away, first_order(lag))[: op.size]
         found += [padded[max(DELAYS) - delay + first : padded.size - delay].copy() for delay in DELAYS]
@@ -36,13 +35,7 @@ def answers(op: NDArray[np.float64], first: int) -> NDArray[np.float64]:
 
 
 def first_order(lag: float) -> NDArray[np.float64]:
-    """Answer of a first-order lag to an impulse, until it has gone [-]; `lag` in samples.
-
-    Examples
-    --------
-    >>> first_order(0.0), first_order(2.0)[:2].round(3), round(float(first_order(2.0).sum()), 4)
-    (array([1.]), array([0.393, 0.239]), 1.0)
-    """
+    """Answer of a first-order lag to an impulse, until it has gone [-]; `lag` in samples."""
     if lag == 0.0:
         return np.ones(1)
     kept = math.exp(-1.0 / lag)
@@ -52,31 +45,9 @@ def first_order(lag: float) -> NDArray[np.float64]:
 def find_answer(
     tried: NDArray[np.float64], target: NDArray[np.float64], known: NDArray[np.float64], action: float
 ) -> OpAnswer:
-    """Fit each answer beside what is known.
+    """Fit each answer (rows of `tried`) to PV (`target`) beside the orthonormal rows that are `known`.
 
-    Parameters
-    ----------
-    tried : array
-        Answers to OP, shape (n_answers, n_samples).
-    target : array
-        PV, shape (n_samples,).
-    known : array
-        Orthonormal rows that explain PV without OP, shape (n_known, n_samples).
-    action : float
-        Sign of the answer that the controller expects; 0 when unknown [-].
-
-    Returns
-    -------
-    OpAnswer
-        Evidence with the expected sign and with the other.
-
-    Examples
-    --------
-    >>> op = np.random.default_rng(1).normal(size=400)
-    >>> pv = np.r_[0.0, 0.0, 0.0, op[:-3]] + np.random.default_rng(2).normal(size=400)
-    >>> right, wrong = find_answer(answers(op, 12), pv[12:], np.full((1, 388), 388**-0.5), 1.0)
-    >>> right > 200.0 > 30.0 > wrong
-    True
+    `action` is the sign of the answer that the controller expects, 0 when unknown [-].
     """
     left = target - (known @ target) @ known
     own = tried - (tried @ known.T) @ known

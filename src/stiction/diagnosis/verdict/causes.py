@@ -153,13 +153,7 @@ def find_detectable_S(features: Mapping[str, float], response: LoopResponse) -> 
 
 
 def smallest_shown(evidence: NDArray[np.float64], needed: float) -> float | None:
-    """Find the smallest S with `needed` evidence, of that predicted for each S of `S_GRID` [% of span]; None without.
-
-    Examples
-    --------
-    >>> smallest_shown(np.linspace(0.0, 90.0, 10), 20.0), smallest_shown(np.zeros(10), 20.0)
-    (0.355, None)
-    """
+    """Find the smallest S [% of span] with `needed` evidence, of that of each S of `S_GRID`; None without."""
     enough = np.flatnonzero(evidence >= needed)
     if enough.size == 0:
         return None
