@@ -6,9 +6,9 @@ import json
 from collections import Counter, defaultdict
 from typing import TYPE_CHECKING, Any
 
+from stiction.atomic_write import write_atomically
 from stiction.display.finding_words import finding_level
 from stiction.fleet.compare import confirmed_share, has_finding
-from stiction.records.atomic_write import write_atomically
 from stiction.report.fleet_figures import group_spectra, group_trends, treemap
 from stiction.report.group_picture import picture_group
 from stiction.report.labels import signal_words
