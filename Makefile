@@ -64,7 +64,7 @@ RECORDS := $(or $(STICTION_RECORDS),../shared/data)
 calibrate: $(VENV)/.ready-test
 	$(BIN)/python -m calibration.feature_table --chunks 959 --seed 7 --jobs $(WORKERS) --out $(TABLES)/train.parquet
 	$(BIN)/python -m calibration.train $(TABLES)/train.parquet
-	$(BIN)/python -m calibration.feature_table --sets kinds --chunks 100 --seed 11 --jobs $(WORKERS) --out $(TABLES)/kinds.parquet
+	$(BIN)/python -m calibration.feature_table --sets kinds --chunks 135 --seed 11 --jobs $(WORKERS) --out $(TABLES)/kinds.parquet
 	$(BIN)/python -m calibration.train_causes $(TABLES)/kinds.parquet
 	$(BIN)/python -m calibration.history_table --simulator first --histories 600 --seed 31 --jobs $(WORKERS) --out $(TABLES)/histories.parquet
 	$(BIN)/python -m calibration.train_pooling $(TABLES)/histories.parquet

@@ -77,7 +77,8 @@ def history_windows(rows: pl.DataFrame) -> list[Window]:
                 None, float(row["window"]), row["window"] + 1.0, row["state"], row["probability"], **sizes,
                 S_detectable=row["S_detectable"],
                 causes=tuple(row[f"cause_{name}"] for name in CAUSES) if known else (),
-                band_to_swing=row["x_band_to_swing"] if is_known(row["x_band_to_swing"]) else 0.0,
+                **{name: row[f"x_{name}"] if is_known(row[f"x_{name}"]) else 0.0
+                   for name in ("band_to_swing", "over_closest")},
                 over_deadband=float(sum(row[f"x_{name}"] for name in DEADBAND_FEATURES if is_known(row[f"x_{name}"]))),
                 evidence=evidence_of(min(max(row["probability"], 1e-6), 1.0 - 1e-6), DEFAULT_PRIOR) if known else 0.0,
             )

@@ -14,9 +14,9 @@ from contextlib import closing
 import pytest
 
 from fleet.small_plant import ROOT, write_plant
+from stiction.atomic_write import safe_file_name
 from stiction.errors import RecordError
 from stiction.fleet import open_audit
-from stiction.records.atomic_write import safe_file_name
 
 
 def test_audit_writes_its_files_and_goes_on(run, folder, audit_in_process):

@@ -116,7 +116,7 @@ def test_a_file_being_written_leaves_nothing_when_the_program_is_asked_to_end(na
         signal.raise_signal(number)
 
     before = signal.getsignal(number)
-    monkeypatch.setattr("stiction.records.atomic_write.os.replace", halfway)
+    monkeypatch.setattr("stiction.atomic_write.os.replace", halfway)
     assert main(["simulate", "--duration", "100", "--out", "a.csv"]) == 128 + number
     assert list(folder.iterdir()) == []
     assert signal.getsignal(number) is before

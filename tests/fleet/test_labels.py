@@ -97,6 +97,8 @@ def test_any_writing_of_a_spreadsheet_can_be_appended_to(tmp_path, name):
     assert labels[0].note == "Dürr & Söhne"
     assert labels[2].note == 'a "quoted", 3 µm; note\nof two lines'
     assert path.read_bytes().startswith(before)
+    added = path.read_bytes()[len(before) :].replace(b"\0", b"")
+    assert added.startswith(b"\n") == (name == "no end")
 
 
 def test_character_that_the_file_cannot_hold_is_refused(tmp_path):

@@ -5,8 +5,8 @@ from __future__ import annotations
 import polars as pl
 import pytest
 
+from stiction.atomic_write import write_atomically
 from stiction.errors import RecordError
-from stiction.records.atomic_write import write_atomically
 from stiction.sources.options import ReadOptions
 from stiction.sources.roles.assign import assign_roles
 from stiction.sources.roles.map_file import map_text, read_map

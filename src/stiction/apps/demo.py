@@ -59,7 +59,7 @@ def demo(
     from stiction import diagnose, read
     from stiction.apps.output import print_json, print_out, track
     from stiction.apps.output_files import check_folder, check_report, historian_csv
-    from stiction.records.atomic_write import write_atomically
+    from stiction.atomic_write import write_atomically
     from stiction.report import write_report
     from stiction.simulation.demo import demo_plant as simulated_loops
 

@@ -39,7 +39,7 @@ def demo_live(folder: Path, *, seed: int = 0) -> int:
         When the extra `live` is not installed.
     """
     from stiction.apps.output import print_out
-    from stiction.records.atomic_write import write_atomically
+    from stiction.atomic_write import write_atomically
     from stiction.simulation.plant import simulate_plant
     from stiction.watch.service import Watch
 

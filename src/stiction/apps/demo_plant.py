@@ -84,7 +84,7 @@ def write_plant_files(plant: SimulatedPlant, folder: Path) -> tuple[Path, Path, 
 
     import polars as pl
 
-    from stiction.records.atomic_write import write_atomically
+    from stiction.atomic_write import write_atomically
 
     first = plant.records[0]
     start = first.start

@@ -91,7 +91,7 @@ def diagnose(
             )
     judgement = {"prior": prior, "costs": costs, "smallest_S": smallest_S}
     if export_twin is not None:
-        from stiction.records.atomic_write import require_new_file
+        from stiction.atomic_write import require_new_file
 
         require_new_file(export_twin)
     pause_collection()

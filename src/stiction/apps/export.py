@@ -51,8 +51,8 @@ def export(
     from stiction import export as room
     from stiction.apps.output import print_json, print_out
     from stiction.apps.parse_model import parse_valve_or_compensator
+    from stiction.atomic_write import output_path, require_new_file
     from stiction.errors import ParameterError
-    from stiction.records.atomic_write import output_path, require_new_file
 
     asked = {"fmu": fmu, "c": c, "modelica": modelica, "matlab": matlab}
     asked = {form: path for form, path in asked.items() if path is not None}

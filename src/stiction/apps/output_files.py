@@ -42,7 +42,7 @@ def check_target(path: str) -> Path:
     RecordError
         When the folder is missing or cannot be written to, or the path is a folder.
     """
-    from stiction.records.atomic_write import output_path, require_file_path, unwritable_error
+    from stiction.atomic_write import output_path, require_file_path, unwritable_error
 
     target = output_path(path)
     if target.exists() and not (target.is_file() or target.is_dir()):
@@ -172,6 +172,6 @@ def write_text(text: str, path: Path) -> None:
                 f"cannot be written ({error.strerror or error}); give another file.", where=path
             ) from None
         return
-    from stiction.records.atomic_write import write_atomically
+    from stiction.atomic_write import write_atomically
 
     write_atomically(text, path)

@@ -74,7 +74,7 @@ def read(
 
         to_parquet(contents.records, targets["--out"])
     if "--write-map" in targets:
-        from stiction.records.atomic_write import write_atomically
+        from stiction.atomic_write import write_atomically
         from stiction.sources.roles.map_file import map_text
 
         write_atomically(map_text(roles), targets["--write-map"])

@@ -117,7 +117,7 @@ def _write_orders(audit: "Audit", items: "tuple[WorkItem, ...]", count: int, fol
     """Write the work orders of the worst valves; a valve whose record cannot be read is named, and left out."""
     from stiction import work_order
     from stiction.apps.output import print_err, track
-    from stiction.records.atomic_write import safe_file_name
+    from stiction.atomic_write import safe_file_name
     from stiction.report.work_list_page import write_order_page
 
     valves = [item for item in items if item.kind == "repair" and item.state in ("open", "planned")]

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from stiction.atomic_write import output_path, require_new_file, write_files
 from stiction.display.json_form import Result
 from stiction.errors import ParameterError, RecordError
 from stiction.export.block import block_of
 from stiction.export.fmu import FMI_VERSIONS, fmu_bytes
 from stiction.export.render import render
 from stiction.export.syntax import RESERVED
-from stiction.records.atomic_write import output_path, require_new_file, write_files
 
 if TYPE_CHECKING:
     import os

@@ -163,7 +163,7 @@ def _append(file: IO[bytes], data: bytes, row: Label, encoding: str, mark: str) 
     csv.writer(text, delimiter=mark, lineterminator="\r\n" if b"\r\n" in data else "\n").writerows(
         [*heading, astuple(row)]
     )
-    start = "\n" if data and not heading and not data.endswith((b"\n", b"\r")) else ""
+    start = "\n" if data and not heading and not data.rstrip(b"\0").endswith((b"\n", b"\r")) else ""
     try:
         written = (start + text.getvalue()).encode(encoding)
     except UnicodeEncodeError as error:

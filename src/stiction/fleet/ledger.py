@@ -301,16 +301,17 @@ def _damage_of(file: Path) -> str:
     """What SQLite finds wrong with a file; empty where it is sound."""
     import sqlite3
 
-    if file.stat().st_size == 0:
-        return "it is empty"
     try:
         with closing(sqlite3.connect(file, timeout=30.0)) as connection:
             found = connection.execute("PRAGMA integrity_check(1)").fetchone()[0]
+            n_tables = connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
     except sqlite3.OperationalError:  # locked, or it cannot be opened
         return ""
     except sqlite3.DatabaseError as error:
         return str(error)
-    return "" if found == "ok" else " ".join(str(found).split())
+    if found != "ok":
+        return " ".join(str(found).split())
+    return "" if n_tables else "it is empty"
 
 
 def _columns(row: StoredResult) -> dict[str, Any]:

@@ -238,7 +238,8 @@ class LoopRow(Result, Mapping[str, Any]):
             return format_duration(value)
         if isinstance(value, float):
             return f"{value:.2f}" if name == "priority" else format_number(value)
-        return str(value).replace("_", " ")
+        words = str(value).replace("_", " ")
+        return words.replace("pv ", "PV ") if name == "loop_state" else words
 
     def with_record(self, record: LoopRecord, metrics: LoopMetrics, *, is_secondary: bool) -> LoopRow:
         """Add what is known before the diagnosis; a secondary loop takes its set point from another loop."""

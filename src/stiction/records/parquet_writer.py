@@ -7,8 +7,8 @@ import os
 from dataclasses import asdict
 from typing import Any
 
+from stiction.atomic_write import output_path, unwritable_error
 from stiction.errors import RecordError, Setting
-from stiction.records.atomic_write import output_path, unwritable_error
 from stiction.records.frames import SIGNALS, as_records, stack_records
 
 __all__ = ["FORMAT_VERSION", "METADATA_KEY", "to_parquet"]

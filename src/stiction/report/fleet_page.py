@@ -6,11 +6,12 @@ import json
 from collections import Counter, defaultdict
 from typing import TYPE_CHECKING, Any
 
+from stiction.atomic_write import write_atomically
 from stiction.display.finding_words import finding_level
 from stiction.fleet.compare import confirmed_share, has_finding
-from stiction.records.atomic_write import write_atomically
 from stiction.report.fleet_figures import group_spectra, group_trends, treemap
 from stiction.report.group_picture import picture_group
+from stiction.report.labels import signal_words
 from stiction.report.page import _asset, _sha256
 from stiction.report.rendering import environment
 
@@ -175,9 +176,9 @@ def _data_problems(audit: Audit) -> list[dict[str, Any]]:
         if row.failed:
             tags[f"not read or not diagnosed ({row.status})"].append(row.tag)
         elif row.loop_state not in (None, "in_control"):
-            tags[f"state: {row.loop_state.replace('_', ' ')}"].append(row.tag)
+            tags[f"state: {signal_words(row.loop_state)}"].append(row.tag)
         for name in row.data_warnings:
-            tags[f"data check: {name.replace('_', ' ')}"].append(row.tag)
+            tags[f"data check: {signal_words(name)}"].append(row.tag)
     counts = Counter({name: len(found) for name, found in tags.items()})
     lines = [{"name": name, "count": count, "tags": tags[name][:200]} for name, count in counts.most_common()]
     missing = {

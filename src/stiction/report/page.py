@@ -43,7 +43,7 @@ from functools import cache
 from importlib import resources
 from typing import TYPE_CHECKING
 
-from stiction.records.atomic_write import write_atomically
+from stiction.atomic_write import write_atomically
 from stiction.report.blocks import Collapsible, Figure, SideBySide
 from stiction.report.plot_json import to_json
 from stiction.report.rendering import environment

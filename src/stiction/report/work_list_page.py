@@ -5,8 +5,8 @@ from __future__ import annotations
 from itertools import groupby
 from typing import TYPE_CHECKING
 
+from stiction.atomic_write import write_atomically
 from stiction.fleet.work_list import KINDS
-from stiction.records.atomic_write import write_atomically
 from stiction.report.page import _asset
 from stiction.report.rendering import environment
 

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stiction.atomic_write import write_atomically
 from stiction.display.duration_format import format_seconds
 from stiction.display.json_form import Result
 from stiction.errors import ParameterError, require_finite
-from stiction.records.atomic_write import write_atomically
 
 if TYPE_CHECKING:
     import os

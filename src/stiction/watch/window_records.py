@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from stiction.atomic_write import safe_file_name
 from stiction.errors import RecordError, StictionError
 from stiction.fleet.find_loops import area_of_tag
 from stiction.fleet.loop_work import cut_time
 from stiction.foreign_errors import failure_of
-from stiction.records.atomic_write import safe_file_name
 from stiction.records.parquet_writer import to_parquet
 from stiction.records.record import LoopRecord, Provenance
 from stiction.sources import open_loops

@@ -6,8 +6,10 @@ from urllib.parse import urlsplit
 
 import pytest
 
+import stiction as st
 from apps.web.running import ASSETS, Server, start_server
 from services import require
+from stiction.records.parquet_writer import to_parquet
 
 
 @pytest.fixture(scope="session")
@@ -85,3 +87,31 @@ def complain_if_foreign(url: str, complain) -> None:
 def page(server, open_page):
     """The page of the session's server."""
     return open_page(server)
+
+
+@pytest.fixture(scope="session")
+def audit_folder(tmp_path_factory):
+    """An audit of four loops, two of which share an oscillation's period, and an earlier one."""
+    folder = tmp_path_factory.mktemp("audit")
+    records = []
+    for k, valve in enumerate([st.Kano(5.0, 2.0), st.Kano(4.0, 1.5), st.Ideal(), st.Ideal()]):
+        loop = st.Loop(st.PID(0.2, 10.0), valve, st.FOPDT(3.0, 10.0, 10.0), dt=1.0, noise=0.05)
+        records.append(
+            st.simulate(
+                loop, 150.0, 2400.0, seed=k, pv_start=148.0, op_start=50.0, tag=f"FIC-{101 + k}", loop_type="flow"
+            )
+        )
+    to_parquet(records, folder / "plant.parquet")
+    st.audit(folder / "plant.parquet", folder / "now", workers=1)
+    to_parquet(records[1:], folder / "before.parquet")
+    st.audit(folder / "before.parquet", folder / "before", workers=1)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def audit_server(web_assets, audit_folder):
+    """A server with the audit, for tests that leave it as it was."""
+    started = start_server(str(audit_folder / "now"), cwd=audit_folder)
+    yield started
+    started.process.kill()
+    started.process.communicate()

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import shutil
-import time
 from pathlib import Path
 
 import polars as pl
@@ -12,16 +9,8 @@ import pytest
 import python_calamine
 
 import stiction as st
-from apps.web.running import start_server
-from stiction.apps import cli
+from apps.web.screens import SCREENSHOTS, first_key, picture
 from stiction.apps.output_files import csv_text
-from stiction.report import write_audit_page, write_loop_page
-from stiction.watch.alarm_rules import update_alarms
-from stiction.watch.configuration import AlarmSettings, SourceSettings, WatchConfig
-from stiction.watch.store import WatchStore
-
-SCREENSHOTS = os.environ.get("STICTION_SCREENSHOTS")
-"""Folder for pictures of the screens; none are kept without it."""
 
 
 def sticky_csv(rename=("A1", "B2", "C3")) -> str:
@@ -32,46 +21,6 @@ def sticky_csv(rename=("A1", "B2", "C3")) -> str:
     assert header == "time_s,SP,PV,OP,MV"
     lines = [",".join(line.split(",")[:4]) for line in rows.splitlines()]
     return "\n".join([",".join(["time_s", *rename]), *lines]) + "\n"
-
-
-@pytest.fixture(scope="module")
-def audit_folder(tmp_path_factory):
-    """An audit of four loops, two of which share an oscillation's period, and an earlier one."""
-    folder = tmp_path_factory.mktemp("audit")
-    records = []
-    for k, valve in enumerate([st.Kano(5.0, 2.0), st.Kano(4.0, 1.5), st.Ideal(), st.Ideal()]):
-        loop = st.Loop(st.PID(0.2, 10.0), valve, st.FOPDT(3.0, 10.0, 10.0), dt=1.0, noise=0.05)
-        records.append(
-            st.simulate(
-                loop, 150.0, 2400.0, seed=k, pv_start=148.0, op_start=50.0, tag=f"FIC-{101 + k}", loop_type="flow"
-            )
-        )
-    from stiction.records.parquet_writer import to_parquet
-
-    to_parquet(records, folder / "plant.parquet")
-    st.audit(folder / "plant.parquet", folder / "now", workers=1)
-    to_parquet(records[1:], folder / "before.parquet")
-    st.audit(folder / "before.parquet", folder / "before", workers=1)
-    return folder
-
-
-@pytest.fixture(scope="module")
-def audit_server(web_assets, audit_folder):
-    """A server with the audit, for tests that leave it as it was."""
-    started = start_server(str(audit_folder / "now"), cwd=audit_folder)
-    yield started
-    started.process.kill()
-    started.process.communicate()
-
-
-def picture(page, name: str) -> None:
-    if SCREENSHOTS:
-        Path(SCREENSHOTS).mkdir(parents=True, exist_ok=True)
-        for scheme in ("light", "dark"):
-            page.emulate_media(color_scheme=scheme)
-            page.wait_for_timeout(300)
-            page.screenshot(path=f"{SCREENSHOTS}/{name}-{scheme}.png", full_page=True)
-        page.emulate_media(color_scheme="light")
 
 
 def serious_faults(page) -> list[str]:
@@ -324,84 +273,6 @@ def test_wrong_token_is_said_on_the_page(server, open_page, browser):
 def test_unknown_places_are_said(server, open_page, place, message):
     page = open_page(server, place, expected=("404", "422"))
     page.wait_for_selector(f"text={message}")
-
-
-SCREENS = ("#/drop", "#/loops", "#/loop/audit1/{key}", "#/groups", "#/compare", "#/whatif", "#/whatif/audit1/{key}",
-           "#/textbook")  # fmt: skip
-READY = {"#/loops": ".virtual td.tag", "#/loop/": ".trends .u-over", "#/whatif": ".u-over", "#/textbook": ".u-over"}
-"""Begin of a place -> what shows that it is drawn."""
-
-
-def faults(page) -> list[str]:
-    """Faults of accessibility of the page, all of them, and of its contrast in the dark; and what is too wide."""
-    from axe_playwright_python.sync_playwright import Axe
-
-    found = Axe().run(page).response["violations"]
-    page.emulate_media(color_scheme="dark")
-    found += Axe().run(page, options={"runOnly": ["color-contrast"]}).response["violations"]
-    page.emulate_media(color_scheme="light")
-    wide = [] if page.evaluate("document.documentElement.scrollWidth <= innerWidth") else ["scrolls sideways"]
-    return [f"{one['id']}: {one['nodes'][0]['html'][:200]}" for one in found] + wide
-
-
-@pytest.mark.parametrize("width", [390, 1440])
-def test_every_screen_is_accessible_in_both_themes(audit_server, open_page, width):
-    """Pages that write an error to the console, or ask another server, fail in `open_page`."""
-    page = open_page(audit_server, viewport={"width": width, "height": 900})
-    for screen in SCREENS:
-        place = screen.format(key=first_key(audit_server))
-        page.evaluate("place => { location.hash = place; }", place)
-        page.wait_for_selector(next((ready for begin, ready in READY.items() if place.startswith(begin)), "main h1"))
-        page.wait_for_timeout(200)
-        assert faults(page) == [], place
-        picture(page, f"{place.strip('#/').split('/')[0]}-{width}")
-
-
-@pytest.mark.parametrize("width", [390, 1440])
-def test_every_written_page_is_accessible_in_both_themes(audit_folder, browser, width):
-    audit = st.open_audit(audit_folder / "now")
-    assert cli.main(["worklist", str(audit.folder), "--orders", "1"]) == 1
-    pages = [write_audit_page(audit), write_loop_page(audit, "FIC-101"), *(audit.folder / "worklist").rglob("*.html")]
-    assert len(pages) == 4
-    context = browser.new_context(viewport={"width": width, "height": 900})
-    page = context.new_page()
-    trouble = []
-    page.on("console", lambda message: message.type == "error" and trouble.append(message.text))
-    page.on("request", lambda request: request.url.startswith("http") and trouble.append(request.url))
-    for path in pages:
-        page.goto(path.as_uri())
-        assert faults(page) == [], path.name
-    context.close()
-    assert not trouble
-
-
-def test_the_page_of_a_watch_is_accessible_at_both_widths(serve, open_page, audit_folder, tmp_path):
-    shutil.copytree(audit_folder / "now", tmp_path / "watch" / "audit")
-    store = WatchStore(tmp_path / "watch")
-    config = WatchConfig(source=(SourceSettings(address="data"),), alarms=AlarmSettings(raise_windows=1))
-    with store.transaction():
-        update_alarms(store, config, st.open_audit(tmp_path / "watch" / "audit").rows, time.time())
-    counts = dict.fromkeys(("tags", "received", "filled", "late", "lost", "breaks"), 3)
-    source = {"connected": True, "failure": "", "warning": "", "refused": {}, **counts}
-    store.set_fact("status", {"time": time.time(), "sources": {"opc.tcp://plant": source}})
-    store.close()
-    page = open_page(serve(str(tmp_path / "watch" / "audit")))
-    page.click("nav >> text=Now")
-    page.wait_for_selector("td:has-text('FIC-101')")
-    for width in (390, 1440):
-        page.set_viewport_size({"width": width, "height": 900})
-        assert faults(page) == [], width
-        picture(page, f"now-{width}")
-
-
-def test_a_very_wide_screen_does_not_scroll_sideways(audit_server, open_page):
-    page = open_page(audit_server, "#/loops", viewport={"width": 3840, "height": 900})
-    page.wait_for_selector(".virtual td.tag")
-    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
-
-
-def first_key(server) -> str:
-    return str(server.call("GET", "/api/sets/audit1/rows?since=0").json["rows"][0]["key"])
 
 
 def test_loop_prints_on_one_page(audit_server, open_page, tmp_path):

@@ -7,8 +7,9 @@ from datetime import datetime, timedelta
 import numpy as np
 import pytest
 
-from stiction.diagnosis.evidence.changes import find_changes
+from stiction.diagnosis.evidence.changes import evidence_of_today, find_changes
 from stiction.diagnosis.evidence.pool_diagnoses import judge_windows
+from stiction.diagnosis.evidence.pooling import pool_windows, tabulate
 from stiction.diagnosis.verdict.history import Window
 from stiction.diagnosis.verdict.model import log_odds, logistic
 from stiction.diagnosis.verdict.over_time import describe_disagreement
@@ -89,3 +90,11 @@ def test_two_windows_that_disagree_are_both_named():
 def test_windows_before_a_repair_do_not_disagree_with_today():
     windows = course([4.0] * 6 + [0.0] * 3)
     assert describe_disagreement(windows, find_changes(windows)) == ""
+
+
+def test_evidence_of_today_allows_for_a_change_too_unsure_to_tell():
+    sticky, good = course([4.0] * 7), course([4.0] * 6 + [0.0])
+    assert evidence_of_today(sticky[:1]) == sticky[0].evidence
+    plain = pool_windows(tabulate(good)).evidence
+    assert evidence_of_today(good) < plain - 2.0
+    assert evidence_of_today(good) < evidence_of_today(sticky) - 2.0

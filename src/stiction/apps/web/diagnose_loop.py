@@ -87,6 +87,6 @@ def loop_content(diagnosis: Diagnosis) -> dict[str, Any]:
 def write_content(content: dict[str, Any], folder: Path) -> None:
     """Write what `loop_content` returns as `content.json`."""
     from stiction.apps.web.trend_data import to_list
-    from stiction.records.atomic_write import write_atomically
+    from stiction.atomic_write import write_atomically
 
     write_atomically(json.dumps(content, allow_nan=False, default=to_list), folder / "content.json")

@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.evidence.partition import Level, find_boundaries
+from stiction.diagnosis.evidence.partition import Level, find_boundaries, last_beginnings
 from stiction.diagnosis.evidence.pooling import pool_windows, pooling_model, tabulate
+from stiction.diagnosis.verdict.decision import DEFAULT_PRIOR
 from stiction.diagnosis.verdict.history import Change
+from stiction.diagnosis.verdict.model import log_odds
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -20,7 +22,7 @@ if TYPE_CHECKING:
     from stiction.diagnosis.evidence.pooling import WindowTable
     from stiction.diagnosis.verdict.history import Window
 
-__all__ = ["change_quantities", "find_changes"]
+__all__ = ["change_quantities", "evidence_of_today", "find_changes"]
 
 MOST_WINDOWS = 1000
 """Windows in which changes are looked for, the last ones [-]."""
@@ -56,10 +58,9 @@ def find_changes(windows: Sequence[Window]) -> tuple[Change, ...]:
     if len(known) < 2:
         return ()
     table, model = tabulate(known), pooling_model()["changes"]
-    series = change_quantities(table)
-    levels = [(Level(*model[name][0]), Level(*model[name][1])) for name in series]
-    limits = {"hazard": model["hazard"], "least": model["least"], "shortest": SHORTEST}
-    found = find_boundaries(list(series.values()), levels, **limits)
+    found = find_boundaries(
+        *_series_and_levels(table), hazard=model["hazard"], least=model["least"], shortest=SHORTEST
+    )  # fmt: skip
     numbers = {id(one): k for k, one in enumerate(windows)}
     ends = [0, *(one.first for one in found), len(known)]
     tables = [table.part(*pair) for pair in pairwise(ends)]
@@ -78,6 +79,33 @@ def find_changes(windows: Sequence[Window]) -> tuple[Change, ...]:
             changes.append(Change(window.start, window.start_s, kind, *sizes, sure, number))
         changes += [growth] if growth else []
     return tuple(changes)
+
+
+def evidence_of_today(windows: Sequence[Window]) -> float:
+    """Evidence for a valve that sticks today, log odds beyond those of the prior [-].
+
+    The windows since the last change count; it may have been at each of them, also where that is too unsure to tell.
+    One window keeps its evidence.
+    """
+    table, model = tabulate([one for one in windows if one.in_control][-MOST_WINDOWS:]), pooling_model()["changes"]
+    begins = last_beginnings(*_series_and_levels(table), hazard=model["hazard_of_today"], power=model["power"])
+    places = np.flatnonzero(begins >= LEAST_SHARE)
+    evidence = np.array([pool_windows(table.part(int(first))).evidence for first in places])
+    if places.size == 1:
+        return float(evidence[0])
+    share, odds = begins[places], evidence + log_odds(DEFAULT_PRIOR)
+    sticks, good = (float(np.logaddexp.reduce(np.log(share) - np.logaddexp(0.0, sign * odds))) for sign in (-1.0, 1.0))
+    return sticks - good - log_odds(DEFAULT_PRIOR)
+
+
+LEAST_SHARE = 1e-3
+"""Probability of a last change from which it counts [-]."""
+
+
+def _series_and_levels(table: WindowTable) -> tuple[list[NDArray[np.float64]], list[tuple[Level, Level]]]:
+    """The quantities that change with the valve, and their levels."""
+    model, series = pooling_model()["changes"], change_quantities(table)
+    return list(series.values()), [(Level(*model[name][0]), Level(*model[name][1])) for name in series]
 
 
 def _find_growth(known: Sequence[Window], table: WindowTable, numbers: dict[int, int]) -> Change | None:

@@ -19,13 +19,17 @@ MOST_NEEDED = 50
 """Further windows up to which an answer is predicted [-]."""
 
 
-def windows_needed(table: WindowTable, prior: float, costs: Costs, S_detectable: float | None) -> int | None:
+def windows_needed(
+    table: WindowTable, evidence: float, prior: float, costs: Costs, S_detectable: float | None
+) -> int | None:
     """Foretell how many further windows like those so far would give a verdict.
 
     Parameters
     ----------
     table : WindowTable
         The windows of today's valve.
+    evidence : float
+        What they say together, log odds beyond those of the prior [-].
     prior : float
         Share of sticky valves where the records come from [-].
     costs : Costs
@@ -40,10 +44,10 @@ def windows_needed(table: WindowTable, prior: float, costs: Costs, S_detectable:
     """
     model, n = pooling_model(), table.evidence.size
     score = float(np.array(model["coefficients"]) @ pooled_features(table))
+    independent = effective_windows(n, model["correlation"])
     for further in range(MOST_NEEDED + 1):
-        independent = effective_windows(n + further, model["correlation"])
-        evidence = float(table.evidence.mean()) + (independent - 1.0) * score
-        verdict = decide(logistic(log_odds(prior) + evidence), costs, excluded=S_detectable is not None)
+        gained = (effective_windows(n + further, model["correlation"]) - independent) * score
+        verdict = decide(logistic(log_odds(prior) + evidence + gained), costs, excluded=S_detectable is not None)
         if verdict != "undecided":
             return further
     return None

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["Boundary", "Level", "find_boundaries"]
+__all__ = ["Boundary", "Level", "find_boundaries", "last_beginnings"]
 
 
 class Level(NamedTuple):
@@ -82,22 +82,16 @@ def find_boundaries(
     n = series[0].size
     if n < 2 * shortest:
         return []
-    likelihood = _segment_likelihoods(series, levels)
-    stay, move = np.log1p(-hazard), np.log(hazard)
-    length = np.arange(n)[np.newaxis, :] - np.arange(n)[:, np.newaxis]
-    weight = likelihood + np.where(length >= shortest - 1, stay * np.maximum(length, 0), -np.inf)[np.newaxis]
-    # ahead[k, t]: log probability of places 0 .. t-1, the segment of kind k beginning at t; behind: of places t .. n-1.
-    ahead, best = np.full((2, n), -np.inf), np.full((2, n), -np.inf)
+    weight, move = _segment_weights(_segment_likelihoods(series, levels), hazard, shortest), np.log(hazard)
+    ahead, best = _ahead(weight, move), np.full((2, n), -np.inf)
     back = np.zeros((2, n), dtype=int)
-    ahead[:, 0] = best[:, 0] = np.log(0.5)
+    best[:, 0] = np.log(0.5)
     for t in range(1, n):
         for kind in (0, 1):
-            other = 1 - kind
-            steps = weight[other, :t, t - 1] + move
-            ahead[kind, t] = np.logaddexp.reduce(ahead[other, :t] + steps)
-            back[kind, t] = int(np.argmax(best[other, :t] + steps))
-            best[kind, t] = float(np.max(best[other, :t] + steps))
-    behind = np.full((2, n), -np.inf)
+            steps = best[1 - kind, :t] + weight[1 - kind, :t, t - 1] + move
+            back[kind, t] = int(np.argmax(steps))
+            best[kind, t] = float(np.max(steps))
+    behind = np.full((2, n), -np.inf)  # log probability of places t .. n-1, a segment beginning at t
     for t in range(n - 1, -1, -1):
         for kind in (0, 1):
             ends = np.append(behind[1 - kind, t + 1 :] + move, 0.0)
@@ -113,6 +107,42 @@ def find_boundaries(
         found.append(Boundary(first, kind, float(min(near.sum(), 1.0))))
         kind, first = 1 - kind, int(back[kind, first])
     return [one for one in reversed(found) if one.probability >= least]
+
+
+def last_beginnings(
+    series: Sequence[NDArray[np.float64]], levels: Sequence[tuple[Level, Level]], *, hazard: float, power: float
+) -> NDArray[np.float64]:
+    """Probability of each place that the last segment begins there [-], shape (n,).
+
+    Arguments as for `find_boundaries`. The likelihood counts to a `power` below 1 [-], since quantities that are not
+    independent of one another say less than they seem to.
+
+    Examples
+    --------
+    >>> x = np.array([0.1, -0.2, 0.0, 0.1, 3.1, 2.8, 3.0])
+    >>> last_beginnings([x], [(Level(0.0, 0.5, 0.3), Level(3.0, 0.5, 0.3))], hazard=0.05, power=1.0).round(2).tolist()
+    [0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0]
+    """
+    weight = _segment_weights(power * _segment_likelihoods(series, levels), hazard, 1)
+    joint = np.logaddexp.reduce(_ahead(weight, np.log(hazard)) + weight[:, :, -1], axis=0)
+    return np.exp(joint - np.logaddexp.reduce(joint))
+
+
+def _segment_weights(likelihoods: NDArray[np.float64], hazard: float, shortest: int) -> NDArray[np.float64]:
+    """Log probability of places a .. b as one segment, shape (2, n, n): none changes within it, none is too short."""
+    places = np.arange(likelihoods.shape[1])
+    length = places[np.newaxis, :] - places[:, np.newaxis]
+    return likelihoods + np.where(length >= shortest - 1, np.log1p(-hazard) * np.maximum(length, 0), -np.inf)
+
+
+def _ahead(weight: NDArray[np.float64], move: float) -> NDArray[np.float64]:
+    """Log probability of places 0 .. t-1 where a segment of a kind begins at t, shape (2, n)."""
+    ahead = np.full(weight.shape[:2], -np.inf)
+    ahead[:, 0] = np.log(0.5)
+    for t in range(1, weight.shape[1]):
+        for kind in (0, 1):
+            ahead[kind, t] = np.logaddexp.reduce(ahead[1 - kind, :t] + weight[1 - kind, :t, t - 1] + move)
+    return ahead
 
 
 def _segment_likelihoods(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.evidence.changes import find_changes
+from stiction.diagnosis.evidence.changes import evidence_of_today, find_changes
 from stiction.diagnosis.evidence.enough import windows_needed
 from stiction.diagnosis.evidence.pooling import pool_windows, tabulate
 from stiction.diagnosis.verdict.causes import CAUSES, OscillationCause
@@ -59,6 +59,7 @@ def describe_window(found: Diagnosis, start_s: float) -> Window:
     return replace(
         about, S=one.S, S_low=one.S_low, S_high=one.S_high, J=one.J, J_low=one.J_low, J_high=one.J_high,
         over_deadband=float(sum(jumps)), band_to_swing=float(np.nan_to_num(found.features["band_to_swing"])),
+        over_closest=float(np.nan_to_num(found.features["over_closest"])),
         contributions=found.contributions,
         causes=tuple(getattr(found.oscillation_cause, name) for name in (*CAUSES, "seen")),
         evidence=model.intercept + total - log_odds(model.training_prior),
@@ -108,7 +109,7 @@ class PooledWindows:
             return replace(self._other[state], windows=tuple(self.windows), history=())
         if len(self.windows) == 1:
             found, table = self._last[1], tabulate(self.windows)
-            needed = windows_needed(table, found.prior, found.costs, found.S_detectable)
+            needed = windows_needed(table, float(table.evidence[0]), found.prior, found.costs, found.S_detectable)
             return replace(found, windows=tuple(self.windows), windows_needed=needed)
         pooled, history, first = judge_windows(self.windows)
         table = tabulate(self.windows[first:])
@@ -125,7 +126,8 @@ class PooledWindows:
             chosen, probability=probability, oscillation_cause=causes, S_detectable=pooled.S_detectable,
             verdict=decide(probability, chosen.costs, excluded=excluded), identification=valve,
             contributions=_pool_contributions(self.windows[first:], chosen, pooled), windows=tuple(self.windows),
-            history=history, windows_needed=windows_needed(table, chosen.prior, chosen.costs, pooled.S_detectable),
+            history=history,
+            windows_needed=windows_needed(table, pooled.evidence, chosen.prior, chosen.costs, pooled.S_detectable),
         )  # fmt: skip
 
 
@@ -140,11 +142,13 @@ def judge_windows(windows: Sequence[Window]) -> tuple[Pooled, tuple[Change, ...]
     Returns
     -------
     tuple
-        What they say together, all changes, and the number of the first window that was pooled.
+        What they say together, all changes, and the number of the first window that was pooled. The evidence allows
+        for a later change that is too unsure to tell.
     """
     history = find_changes(windows)
     first = max((one.first for one in history if one.kind != "growth"), default=0)
-    return pool_windows(tabulate(windows[first:])), history, first
+    pooled = pool_windows(tabulate(windows[first:]))
+    return pooled._replace(evidence=evidence_of_today(windows[first:])), history, first
 
 
 def _mean_causes(causes: Sequence[tuple[float, ...]]) -> OscillationCause:

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 __all__ = ["POOLED_FEATURES", "Pooled", "WindowTable", "pool_windows", "pooled_features", "pooled_log_odds", "tabulate"]
 
-POOLED_FEATURES = ("constant", "evidence", "over_deadband", "size", "band_to_swing", "spread")
+POOLED_FEATURES = ("constant", "evidence", "over_deadband", "size", "band_to_swing", "spread", "over_closest")
 """Names of the pooled features, in the order of the model's coefficients."""
 MAX_SPREAD = 1.5
 """Largest standard deviation of ln S between windows that counts [-]."""
@@ -62,6 +62,8 @@ class WindowTable(NamedTuple):
     """Evidence of a slip jump against deadband alone, asinh(LLR / 20) [-]."""
     band_to_swing: NDArray[np.float64]
     """S over the 98 % range of OP [-]."""
+    over_closest: NDArray[np.float64]
+    """Evidence of stiction against the closest other explanation, asinh(LLR / 20) [-]."""
 
     def part(self, first: int, last: int | None = None) -> WindowTable:
         """The windows `first` <= k < `last`."""
@@ -97,6 +99,7 @@ def tabulate(windows: Sequence[Window]) -> WindowTable:
         np.array([np.inf if one.S_detectable is None else one.S_detectable for one in known], dtype=np.float64),
         np.array([one.over_deadband for one in known], dtype=np.float64),
         np.array([one.band_to_swing for one in known], dtype=np.float64),
+        np.array([one.over_closest for one in known], dtype=np.float64),
     )  # fmt: skip
 
 
@@ -112,7 +115,9 @@ def pooled_features(table: WindowTable) -> NDArray[np.float64]:
     spread = min(float(np.sqrt(share @ (values - size) ** 2)), MAX_SPREAD)
     over_deadband = float(share @ np.clip(table.over_deadband, *DEADBAND_RANGE))
     size = float(np.clip(size, *np.log(SIZE_RANGE)))
-    return np.array([1.0, table.evidence.mean(), over_deadband, size, table.band_to_swing.mean(), spread])
+    return np.array([
+        1.0, table.evidence.mean(), over_deadband, size, table.band_to_swing.mean(), spread, table.over_closest.mean(),
+    ])  # fmt: skip
 
 
 def effective_windows(n: int, correlation: float) -> float:

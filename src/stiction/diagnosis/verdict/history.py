@@ -55,6 +55,8 @@ class Window(Result):
     """Evidence of a slip jump against deadband alone, asinh(LLR / 20) [-]; 0 where it is not known."""
     band_to_swing: float = field(default=0.0, metadata=json_as(omit=True))
     """S over the 98 % range of OP [-]; 0 where it is not known."""
+    over_closest: float = field(default=0.0, metadata=json_as(omit=True))
+    """Evidence of stiction against the closest other explanation, asinh(LLR / 20) [-]; 0 where it is not known."""
     contributions: tuple[Contribution, ...] = ()
     """What each feature adds to the log odds of stiction, the strongest first; not kept in a ledger."""
     evidence: float = field(default=0.0, metadata=json_as(omit=True))

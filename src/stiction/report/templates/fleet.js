@@ -5,8 +5,8 @@
   const { columns, rows, S_title } = JSON.parse(document.getElementById("data-rows").textContent);
   const at = Object.fromEntries(columns.map((name, k) => [name, k]));
   const SHOWN = [
-    ["tag", "Loop", "15%"], ["area", "Area", "8%"], ["finding_text", "Finding", "18%"], ["next_step", "Next step", "32%"],
-    ["S", S_title, "6%"], ["period_s", "Period", "7%"], ["priority", "Priority", "6%"], ["label", "Note", "8%"],
+    ["tag", "Loop", "14%"], ["area", "Area", "7%"], ["finding_text", "Finding", "16%"], ["next_step", "Next step", "36%"],
+    ["S", S_title, "7%"], ["period_s", "Period", "7%"], ["priority", "Priority", "7%"], ["label", "Note", "6%"],
   ];
   const TITLES = {
     area: "Area", finding_text: "Finding", next_step: "Next step", S: S_title, period_s: "Period", priority: "Priority",

@@ -7,8 +7,8 @@ import json
 import tomllib
 from typing import TYPE_CHECKING
 
+from stiction.atomic_write import write_atomically
 from stiction.errors import RecordError
-from stiction.records.atomic_write import write_atomically
 from stiction.sources.historians.credentials import configuration_folder
 
 if TYPE_CHECKING:

@@ -7,8 +7,8 @@ import sys
 
 import pytest
 
+from stiction.atomic_write import write_atomically
 from stiction.errors import RecordError, StictionError
-from stiction.records.atomic_write import write_atomically
 from stiction.report import Text, write_page
 
 
