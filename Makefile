@@ -76,8 +76,8 @@ validate: $(VENV)/.ready-test
 	$(BIN)/python -m calibration.feature_table --sets kinds --chunks 15 --seed 41 --jobs $(WORKERS) --out $(TABLES)/kinds-fresh.parquet
 	$(BIN)/python -m calibration.feature_table --sets second_kinds --chunks 12 --seed 42 --jobs $(WORKERS) --out $(TABLES)/kinds-second.parquet
 	$(BIN)/python -m calibration.validate --first $(TABLES)/fresh.parquet --second $(TABLES)/second.parquet --recorded $(TABLES)/recorded.parquet --kinds $(TABLES)/kinds-fresh.parquet --second-kinds $(TABLES)/kinds-second.parquet
-	$(BIN)/python -m calibration.history_table --simulator first --histories 400 --seed 33 --jobs $(WORKERS) --out $(TABLES)/histories-first.parquet
-	$(BIN)/python -m calibration.history_table --simulator second --histories 400 --seed 32 --jobs $(WORKERS) --out $(TABLES)/histories-second.parquet
+	$(BIN)/python -m calibration.history_table --simulator first --histories 400 --seed 43 --jobs $(WORKERS) --out $(TABLES)/histories-first.parquet
+	$(BIN)/python -m calibration.history_table --simulator second --histories 400 --seed 44 --jobs $(WORKERS) --out $(TABLES)/histories-second.parquet
 	$(BIN)/python -m calibration.validate_histories $(TABLES)/histories-first.parquet $(TABLES)/histories-second.parquet --write
 	$(BIN)/python -m calibration.benchmark --first $(TABLES)/fresh.parquet --second $(TABLES)/second.parquet --recorded $(TABLES)/recorded.parquet
 	$(BIN)/python docs/trust_numbers.py
