@@ -12,7 +12,7 @@ from calibration.train_causes import HIDDEN_KINDS, cause_labels
 from stiction.diagnosis.identification.loop_response import LoopResponse
 from stiction.diagnosis.identification.result import MAX_PLAY_RATIO
 from stiction.diagnosis.verdict.cause_features import CAUSE_FEATURES
-from stiction.diagnosis.verdict.causes import CAUSES, assess_causes, find_detectable_S, is_stuck
+from stiction.diagnosis.verdict.causes import CAUSES, assess_causes, find_detectable_S, is_position, is_stuck
 from stiction.diagnosis.verdict.decision import DEFAULT_SMALLEST_S, decide
 from stiction.diagnosis.verdict.finding import find_code, is_backlash
 
@@ -58,7 +58,7 @@ def _judge(row: Mapping[str, Any]) -> dict[str, Any]:
     found = SimpleNamespace(
         verdict=decide(row["probability"], excluded=excluded), probability=row["probability"],
         oscillation_cause=causes, stuck=is_stuck(features), S_detectable=S, identification=identification,
-        smallest_S=DEFAULT_SMALLEST_S,
+        op_is_position=is_position(features, causes), smallest_S=DEFAULT_SMALLEST_S,
         segment=SimpleNamespace(
             loop_state=SimpleNamespace(state="in_control", in_control=True),
             oscillation=SimpleNamespace(oscillating=row["oscillating"]),
@@ -108,7 +108,7 @@ def advice_section(title: str, table: pl.DataFrame) -> list[str]:
     """
     table = judge_again(table)
     table = table.with_columns(pl.Series("outcome", [outcome(row) for row in table.iter_rows(named=True)]))
-    codes = [name for name in (*ACCEPTED, "cause_unknown", "cannot_tell", "nothing_found", "no_data")
+    codes = [name for name in (*ACCEPTED, "not_in_command", "cause_unknown", "cannot_tell", "nothing_found", "no_data")
              if name in set(table["finding"])]  # fmt: skip
     heads = ["kind", "loops", *codes, "true cause named", "wrong advice"]
     lines = [f"### {title}", "", "Findings by kind, in loops.", "", "| " + " | ".join(heads) + " |",

@@ -16,11 +16,10 @@ import numpy as np
 import polars as pl
 
 from calibration.train import ROOT, stored_trees
-from stiction.diagnosis.identification.loop_response import S_GRID
 from stiction.diagnosis.verdict.cause_features import CAUSE_FEATURES
-from stiction.diagnosis.verdict.causes import CAUSES
-from stiction.diagnosis.verdict.decision import decide
-from stiction.diagnosis.verdict.model import read_model
+from stiction.diagnosis.verdict.causes import CAUSES, smallest_shown
+from stiction.diagnosis.verdict.decision import DEFAULT_SMALLEST_S, decide
+from stiction.diagnosis.verdict.model import logistic, read_model
 
 __all__ = ["HIDDEN_KINDS", "cause_labels", "cause_probabilities", "fit_causes"]
 
@@ -31,19 +30,23 @@ UNKNOWABLE = {
     "tuning": ("rate limit",),
     "unseen": ("position as OP", "pulsed"),
     "stuck": ("unmoved", "play unmoved", "position as OP"),
+    "position": ("pulsed", "pulses logged"),
 }
 """Cause -> kinds that do not count for it: it is there in part, or another name for what is."""
 MISSED_WEIGHT = 0.3
 """Weight of a valve that sticks or has play and looks good in the model of the unseen valve [-]."""
-MISSED = 0.02
-"""Share of the valves whose stem does not move that may be called good, of loops that are not trained on [-]."""
-WRONG_COST = 3.0
-"""Cost of wrong advice over that of asking [-]."""
-LIMITS = np.arange(0.3, 0.91, 0.02).round(2)
-"""Probabilities from which a cause may be named [-]."""
-SHOWN = 0.88
+MISSED = {"unseen": 0.01, "position": 0.1}
+"""Share that may be called good, of loops that are not trained on: of valves whose stem does not move, and of sticky
+ones whose position is recorded as OP [-]."""
+OTHERS = ("unseen", "stuck", "position")
+"""Models besides those of the causes."""
+NAMES = {"stuck": "stuck", "position": "position as OP"}
+"""Model -> the kind that it finds."""
+WRONG_COST = 2.5
+"""Cost of wrong advice over that of asking; a cause is named from the probability at which both cost the same [-]."""
+SHOWN = 0.9
 """Share of the sticky valves with S above `S_detectable` that must not be called good, of loops not trained on [-]."""
-EVIDENCE = (1.0, 2.7, 4.0, 6.0, 10.0, 20.0)
+EVIDENCE = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 10.0, 20.0)
 """Evidence predicted of a valve of size `S_detectable`, of which the least that is enough is taken [-]."""
 FOLDS = 4
 """Parts of the loops; each is judged by models trained on the others [-]."""
@@ -64,8 +67,8 @@ def cause_labels(table: pl.DataFrame, cause: str) -> tuple[np.ndarray, np.ndarra
     """Whether a cause is true of each loop, and the weight of the loop; 0 where that cannot be known."""
     kind = table["cause"].to_numpy()
     weights = np.where(np.isin(kind, UNKNOWABLE.get(cause, ())), 0.0, 1.0)
-    if cause == "stuck":
-        return kind == "stuck", weights
+    if cause in NAMES:
+        return kind == NAMES[cause], weights
     if cause == "unseen":
         hidden, sticks = np.isin(kind, HIDDEN_KINDS), table["causes"].str.contains("valve").to_numpy()
         missed = sticks & _called_good(table)
@@ -74,8 +77,8 @@ def cause_labels(table: pl.DataFrame, cause: str) -> tuple[np.ndarray, np.ndarra
 
 
 def _called_good(table: pl.DataFrame) -> np.ndarray:
-    """Whether the probability alone would call the valve of each loop good."""
-    return np.array([decide(p) == "no_stiction" for p in table["probability"]])
+    """Whether the verdict's model alone, of one window, would call the valve of each loop good."""
+    return np.array([decide(logistic(x)) == "no_stiction" for x in table["y_log_odds"]])
 
 
 def fit_one(table: pl.DataFrame, cause: str) -> dict[str, Any]:
@@ -116,12 +119,17 @@ def fit_causes(table: pl.DataFrame) -> dict[str, Any]:
         The stored form that `stiction.diagnosis.verdict.causes` reads.
     """
     table = table.filter(pl.col("state") == "in_control")
-    models = {cause: fit_one(table, cause) for cause in (*CAUSES, "unseen", "stuck")}
+    models = {cause: fit_one(table, cause) for cause in (*CAUSES, *OTHERS)}
     apart = _predict_apart(table)
-    limit = _unseen_limit(table, apart["unseen"])
+    hidden = np.isin(table["cause"].to_numpy(), HIDDEN_KINDS)
+    position = table["cause"].to_numpy() == NAMES["position"]
+    limits = {
+        name: _limit(table, apart[name], of, MISSED[name]) for name, of in (("unseen", hidden), ("position", position))
+    }
+    seen = np.logical_and.reduce([apart[name] <= limit for name, limit in limits.items()])
     return {
-        "named": _least_named(table, apart), "unseen_limit": limit,
-        "min_evidence": _min_evidence(table.filter(pl.Series(apart["unseen"] <= limit))), "models": models,
+        "named": round(1.0 - 1.0 / WRONG_COST, 3), **{f"{name}_limit": limit for name, limit in limits.items()},
+        "min_evidence": _min_evidence(table.filter(pl.Series(seen))), "models": models,
         "provenance": {"loops": table.height, "kinds": table["cause"].n_unique()},
     }  # fmt: skip
 
@@ -129,7 +137,7 @@ def fit_causes(table: pl.DataFrame) -> dict[str, Any]:
 def _predict_apart(table: pl.DataFrame) -> dict[str, np.ndarray]:
     """Probabilities of each model for loops that it was not trained on."""
     fold = np.arange(table.height) // table["cause"].n_unique() % FOLDS
-    found = {cause: np.empty(table.height) for cause in (*CAUSES, "unseen", "stuck")}
+    found = {cause: np.empty(table.height) for cause in (*CAUSES, *OTHERS)}
     for k in range(FOLDS):
         train, apart = (table.filter(pl.Series(part)) for part in (fold != k, fold == k))
         for cause, probability in found.items():
@@ -137,31 +145,23 @@ def _predict_apart(table: pl.DataFrame) -> dict[str, np.ndarray]:
     return found
 
 
-def _least_named(table: pl.DataFrame, apart: dict[str, np.ndarray]) -> float:
-    """Least probability from which naming the main cause costs less than asking."""
-    known = apart | {"external": apart["external"] * (1.0 - apart["unseen"])}
-    rows = np.array([known[cause] for cause in CAUSES])
-    main, top = rows.argmax(axis=0), rows.max(axis=0)
-    true = np.array([CAUSES[i] in text.split("+") for i, text in zip(main, table["causes"], strict=True)])
-    cost = [float(np.where(top >= limit, np.where(true, 0.0, WRONG_COST), 1.0).mean()) for limit in LIMITS]
-    return float(LIMITS[int(np.argmin(cost))])
-
-
-def _unseen_limit(table: pl.DataFrame, unseen: np.ndarray) -> float:
-    """Probability of an unseen valve up to which `MISSED` of the valves whose stem does not move are called good."""
-    hidden = np.isin(table["cause"].to_numpy(), HIDDEN_KINDS)
-    called = np.where(_called_good(table), unseen, 1.0)[hidden]
-    return round(float(np.sort(called)[int(MISSED * hidden.sum())]), 3)
+def _limit(table: pl.DataFrame, probability: np.ndarray, of: np.ndarray, share: float) -> float:
+    """Probability up to which a `share` of some loops is called good."""
+    called = np.where(_called_good(table), probability, 1.0)[of]
+    return round(float(np.sort(called)[int(share * called.size)]), 3)
 
 
 def _min_evidence(table: pl.DataFrame) -> float:
-    """Least evidence predicted of its S from which a sticky valve is seldom called good, of loops that may be."""
+    """Least evidence from which sticky valves with S above `S_detectable` are seldom called good."""
     sticky = table.filter(~pl.col("cause").is_in(UNKNOWABLE["unseen"]))
     sticky = sticky.filter(pl.col("sticky") & pl.col("true_S").is_finite() & pl.col("evidence").is_not_null())
-    predicted = np.array([np.interp(np.log(S), np.log(S_GRID), row) for S, row in sticky["true_S", "evidence"].rows()])
-    called = _called_good(sticky)
-    shares = [float(called[predicted >= level].mean()) for level in EVIDENCE]
-    return next((level for level, share in zip(EVIDENCE, shares, strict=True) if share <= 1.0 - SHOWN), EVIDENCE[-1])
+    good, true = _called_good(sticky), sticky["true_S"].to_numpy()
+    for needed in EVIDENCE:
+        least = [smallest_shown(np.array(row), needed) or np.inf for row in sticky["evidence"]]
+        shown = true >= least
+        if (good & (np.array(least) <= DEFAULT_SMALLEST_S))[shown].mean() <= 1.0 - SHOWN:
+            return needed
+    return EVIDENCE[-1]
 
 
 def main() -> None:

@@ -54,7 +54,7 @@ class Drawn:
         """OP, PV, SP and stem, PV and SP in % of span about 50."""
         n, k_process = self.n, self.gain
         sp, load, beside = (np.zeros(n) + x for x in (self.sp, self.load, self.stuck_beside))
-        noise = self.noise * self.rng.normal(size=n)
+        noise = self.noise * np.random.default_rng([self.seed, 1]).normal(size=n)
         op, pv, stem, sent = (np.zeros(n) for _ in range(4))
         state, integral, place, last = 0.0, self.op0, self.op0, self.op0
         for k in range(n):
@@ -86,16 +86,18 @@ class Drawn:
         return amplitude * np.sin(2.0 * np.pi * np.arange(self.n) / period + self.rng.uniform(0.0, 6.0))
 
 
-def load_sine(seed):
-    one = Drawn(seed)
-    one.load = one.sine(one.rng.uniform(100.0, 500.0), one.rng.uniform(2.0, 6.0))
+def load_sine(seed, low=100.0, high=150.0, n=3000, **given):
+    one = Drawn(seed, n=n, **given)
+    one.load = one.sine(one.rng.uniform(low, high), one.rng.uniform(2.0, 6.0))
     return one.record()
 
 
-def slow_load(seed):
-    one = Drawn(seed, n=4500)
-    one.load = one.sine(one.rng.uniform(600.0, 900.0), one.rng.uniform(2.0, 6.0))
-    return one.record()
+def load_sine_400(seed):
+    return load_sine(seed, 350.0, 450.0)
+
+
+def load_sine_500(seed):
+    return load_sine(seed, 450.0, 550.0, 3600, Kc=0.2)
 
 
 def load_on_a_slow_loop(seed):
@@ -104,39 +106,119 @@ def load_on_a_slow_loop(seed):
     return one.record()
 
 
-def rate_limit(seed):
+def rate_limit(seed, low=0.18, high=0.3):
     """Dead time as long as the lag; after a kick the limit of the rate keeps OP swinging."""
     one = Drawn(seed, Kc=0.8, Ti=3.0, dead=8, noise=0.05)
-    one.rate = float(one.rng.uniform(0.12, 0.3))
+    one.rate = float(one.rng.uniform(low, high))
     one.load = np.where(np.arange(one.n) < 200, 14.0, 0.0)
     return one.record()
 
 
-def unstable(seed):
-    """With Ti = T the limit of stability is about pi T / (2 L), dead time and half a sample together."""
-    one = Drawn(seed, lag=8.0, Ti=8.0, dead=5)
-    one.Kc = 1.5 * float(one.rng.uniform(1.15, 1.9))
-    one.op0 = float(one.rng.choice([50.0, 35.0, 20.0]))
-    one.low, one.high = [(0.0, 100.0), (10.0, 90.0)][int(one.rng.integers(2))]
+def slower_rate_limit(seed):
+    return rate_limit(seed, 0.12, 0.18)
+
+
+def unstable(seed, low=1.07, high=1.2, op0=50.0, limits=(0.0, 100.0)):
+    """A gain so many times that of the limit of stability, at which this loop simulated without limits neither grows
+    nor dies out."""
+    one = Drawn(seed, lag=8.0, Ti=8.0, dead=5, op0=op0, low=limits[0], high=limits[1])
+    one.Kc = 2.25 * float(one.rng.uniform(low, high))
     one.load = np.where(np.arange(one.n) < 40, 4.0, 0.0)
     return one.record()
 
 
-def stuck(seed):
+def very_unstable(seed):
+    return unstable(seed, 1.8, 2.0)
+
+
+def unstable_at_35(seed):
+    return unstable(seed, 1.1, 1.9, op0=35.0)
+
+
+def unstable_at_20(seed):
+    return unstable(seed, 1.1, 1.9, op0=20.0)
+
+
+def unstable_from_10_to_90(seed):
+    return unstable(seed, 1.1, 1.9, limits=(10.0, 90.0))
+
+
+def stuck(seed, low=150.0, high=210.0):
     one = Drawn(seed, Kc=0.3, n=3200, noise=0.1, S=math.inf)
-    one.stuck_beside = one.sine(one.rng.uniform(100.0, 900.0), one.rng.uniform(2.0, 4.0))
+    one.stuck_beside = one.sine(one.rng.uniform(low, high), one.rng.uniform(2.0, 4.0))
     return one.record()
+
+
+def stuck_120(seed):
+    return stuck(seed, 100.0, 140.0)
+
+
+def stuck_600(seed):
+    return stuck(seed, 500.0, 700.0)
+
+
+def stuck_900(seed):
+    return stuck(seed, 800.0, 1000.0)
 
 
 def quiet_sticky(seed):
     """White noise in PV; OP moves less than the band, and the stem never."""
-    one = Drawn(seed, Kc=0.3, S=8.0, J=3.0)
-    return one.record()
+    return Drawn(seed, Kc=0.3, S=8.0, J=3.0).record()
+
+
+def motor_valve(seed):
+    """A motor valve with a dead band that OP never leaves."""
+    return Drawn(seed, Kc=0.2, n=3600, S=2.0, noise=0.1).record()
 
 
 def quiet_level(seed):
     one = Drawn(seed, kind="level", integrating=True, Kc=4.0, Ti=200.0, lag=300.0, S=6.0, J=2.0, noise=0.03)
     return one.record()
+
+
+def quiet_pressure(seed):
+    """Beside a flow loop, of which it sees the noise; the stem never moves."""
+    return Drawn(seed, kind="pressure", n=4200, Kc=0.4, Ti=15.0, lag=15.0, S=6.0, J=2.0, noise=0.1).record()
+
+
+def pair(seed):
+    """Two good loops of which each valve moves the other's PV too, and a slow load on both."""
+    pressure = Drawn(seed, kind="pressure", n=4200, Kc=0.4, Ti=15.0, lag=15.0, noise=0.1)
+    flow = Drawn(seed + 1000, n=4200)
+    load = pressure.sine(pressure.rng.uniform(800.0, 1000.0), pressure.rng.uniform(3.0, 6.0))
+    for _ in range(4):  # each with what the other's OP did in the run before, which converges
+        flow.load = 0.6 * load - 0.3 * (pressure.run()["op"] - 50.0)
+        pressure.load = load - 0.3 * (flow.run()["op"] - 50.0)
+    return pressure, flow
+
+
+def pressure_of_a_pair(seed):
+    return pair(seed)[0].record()
+
+
+def flow_of_a_pair(seed):
+    return pair(seed)[1].record()
+
+
+def cascade(seed):
+    """A good temperature loop with a load, whose OP is the set point of a good flow loop."""
+    primary = Drawn(seed, kind="temperature", n=5400, lag=80.0, dead=6, Ti=80.0, Kc=1.2, noise=0.05)
+    secondary = Drawn(seed + 1000, n=5400)
+    load = primary.sine(primary.rng.uniform(250.0, 400.0), primary.rng.uniform(3.0, 6.0))
+    primary.load = load
+    for _ in range(5):  # the flow that the primary asked for in the run before, which converges
+        asked = primary.run()["op"] - 50.0
+        secondary.sp = asked
+        primary.load = load + secondary.run()["pv"] - asked
+    return primary, secondary
+
+
+def primary_with_load(seed):
+    return cascade(seed)[0].record()
+
+
+def secondary_that_follows(seed):
+    return cascade(seed)[1].record()
 
 
 def white_noise(seed):

@@ -15,7 +15,7 @@ from stiction.diagnosis.identification.loop_response import fit_response
 from stiction.diagnosis.identification.regression import one_thread
 from stiction.diagnosis.segment import judge_segment
 from stiction.diagnosis.verdict.cause_features import CauseInput, compute_cause_features
-from stiction.diagnosis.verdict.causes import assess_causes, find_detectable_S, is_stuck
+from stiction.diagnosis.verdict.causes import assess_causes, find_detectable_S, is_position, is_stuck
 from stiction.diagnosis.verdict.decision import DEFAULT_PRIOR, DEFAULT_SMALLEST_S, Costs, decide
 from stiction.diagnosis.verdict.diagnosis import Diagnosis
 from stiction.diagnosis.verdict.features import FeatureInput, compute_features
@@ -98,11 +98,12 @@ def _diagnose(segment: JudgedSegment, prior: float, costs: Costs, smallest_S: fl
     model = stiction_model()
     contributions = model.contributions(features)
     probability = model.sum_up(contributions, prior)
-    response = fit_response(segment.op, segment.pv, segment.dt, segment.period, fitted.controller, fitted.by_pv)
     sp = segment.part.sp
+    sp = sp if sp is not None and np.isfinite(sp).all() else None
+    response = fit_response(segment.op, segment.pv, segment.dt, segment.period, fitted.controller, fitted.by_pv, sp)
     cause_features = compute_cause_features(
         CauseInput(
-            segment.op, segment.pv, sp if sp is not None and np.isfinite(sp).all() else None, segment.dt,
+            segment.op, segment.pv, sp, segment.dt,
             segment.signals.op_step, segment.pv_step_share, segment.oscillation,
             controller=fitted.controller, identification=fitted.by_pv, response=response,
             log_odds=log_odds(model.sum_up(contributions, DEFAULT_PRIOR)),
@@ -110,15 +111,14 @@ def _diagnose(segment: JudgedSegment, prior: float, costs: Costs, smallest_S: fl
     )  # fmt: skip
     S_detectable, causes = find_detectable_S(cause_features, response), assess_causes(cause_features, prior)
     excluded = S_detectable is not None and S_detectable <= smallest_S
-    excluded |= is_backlash(
-        causes, fitted.identification, smallest_S
-    )  # play is what the record shows in place of stiction
+    excluded |= is_backlash(causes, fitted.identification, smallest_S)  # play is what shows in place of stiction
     return Diagnosis(
         segment=segment,
         verdict=decide(probability, costs, excluded=excluded),
         probability=probability,
         oscillation_cause=causes,
         stuck=is_stuck(cause_features),
+        op_is_position=is_position(cause_features, causes),
         S_detectable=S_detectable,
         smallest_S=smallest_S,
         cause_features=cause_features,

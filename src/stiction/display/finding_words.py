@@ -17,7 +17,7 @@ FINDINGS = {
     "rate_limit": "Rate limit of OP",
     "dead_zone": "Dead zone at a fixed OP",
     "valve_not_responding": "The valve does not respond",
-    "not_in_command": "The controller is not in command",
+    "not_in_command": "OP is not what this controller asks for",
     "sensor": "PV sensor",
     "no_data": "The data cannot be used",
     "cause_unknown": "The record does not show the cause",

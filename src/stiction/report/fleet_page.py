@@ -11,6 +11,7 @@ from stiction.display.finding_words import finding_level
 from stiction.fleet.compare import confirmed_share, has_finding
 from stiction.report.fleet_figures import group_spectra, group_trends, treemap
 from stiction.report.group_picture import picture_group
+from stiction.report.labels import signal_words
 from stiction.report.page import _asset, _sha256
 from stiction.report.rendering import environment
 
@@ -175,9 +176,9 @@ def _data_problems(audit: Audit) -> list[dict[str, Any]]:
         if row.failed:
             tags[f"not read or not diagnosed ({row.status})"].append(row.tag)
         elif row.loop_state not in (None, "in_control"):
-            tags[f"state: {_words(row.loop_state)}"].append(row.tag)
+            tags[f"state: {signal_words(row.loop_state)}"].append(row.tag)
         for name in row.data_warnings:
-            tags[f"data check: {_words(name)}"].append(row.tag)
+            tags[f"data check: {signal_words(name)}"].append(row.tag)
     counts = Counter({name: len(found) for name, found in tags.items()})
     lines = [{"name": name, "count": count, "tags": tags[name][:200]} for name, count in counts.most_common()]
     missing = {
@@ -186,9 +187,3 @@ def _data_problems(audit: Audit) -> list[dict[str, Any]]:
     }
     found = [{"name": k, "what": "tag", "count": len(v), "tags": v[:200]} for k, v in missing.items() if v]
     return found + [{"what": "loop", **line} for line in lines]
-
-
-def _words(name: str) -> str:
-    """Name of a state or data check in words, signals in capitals."""
-    words = name.replace("_", " ").split()
-    return " ".join(word.upper() if word in ("op", "pv", "sp", "mv") else word for word in words)

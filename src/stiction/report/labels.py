@@ -46,6 +46,7 @@ __all__ = [
     "headline",
     "method_label",
     "pv_unit",
+    "signal_words",
     "stiction_size",
     "time_unit",
     "unique_loop_names",
@@ -225,3 +226,15 @@ def confidence_text(diagnosis: Diagnosis) -> str:
         return f"Low confidence, as a sticky valve and a dead zone look the same in this record ({text})"
     word = "High" if certainty >= MIN_HIGH_CONFIDENCE else "Moderate" if certainty >= MIN_MODERATE_CONFIDENCE else "Low"
     return f"{word} confidence ({text})"
+
+
+def signal_words(name: str) -> str:
+    """Name of a state or data check in words, signals in capitals.
+
+    Examples
+    --------
+    >>> signal_words("pv_frozen"), signal_words("op resolution")
+    ('PV frozen', 'OP resolution')
+    """
+    words = name.replace("_", " ").split()
+    return " ".join(word.upper() if word in ("op", "pv", "sp", "mv") else word for word in words)

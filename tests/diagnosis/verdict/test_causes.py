@@ -11,7 +11,14 @@ import pytest
 import stiction as st
 from stiction.diagnosis.identification.loop_response import S_GRID, LoopResponse
 from stiction.diagnosis.verdict.cause_features import CAUSE_FEATURES
-from stiction.diagnosis.verdict.causes import CAUSES, OscillationCause, assess_causes, cause_models, find_detectable_S
+from stiction.diagnosis.verdict.causes import (
+    CAUSES,
+    OscillationCause,
+    assess_causes,
+    cause_models,
+    find_detectable_S,
+    smallest_shown,
+)
 
 N, DT = 2500, 1.0
 WAVE = 3.0 * np.sin(2.0 * np.pi * np.arange(N) / 47.3)
@@ -41,18 +48,19 @@ def test_json():
 def test_each_cause_has_a_model_of_its_own_features():
     models = cause_models()
     assert set(models.causes) == set(CAUSES)
-    for cause, model in (*models.causes.items(), ("unseen", models.unseen)):
+    others = {name: getattr(models, name) for name in ("unseen", "stuck", "position")}
+    for cause, model in (models.causes | others).items():
         assert model.features == tuple(one.name for one in CAUSE_FEATURES if cause in one.signs)
 
 
 @pytest.mark.parametrize(
     ("cause", "feature"),
-    [(cause, one) for one in CAUSE_FEATURES for cause in (*CAUSES, "unseen") if one.signs.get(cause)],
+    [(cause, one) for one in CAUSE_FEATURES for cause in one.signs if one.signs[cause]],
     ids=lambda x: getattr(x, "name", x),
 )
 def test_a_feature_acts_in_the_direction_of_its_sign(cause, feature):
     models = cause_models()
-    model = models.unseen if cause == "unseen" else models.causes[cause]
+    model = models.causes[cause] if cause in CAUSES else getattr(models, cause)
     rng = np.random.default_rng(3)
     for _ in range(8):
         other = {name: float(rng.normal(0.0, 2.0)) for name in UNKNOWN}
@@ -71,6 +79,14 @@ def test_no_stiction_is_excluded_without_evidence_predicted():
     assert find_detectable_S(UNKNOWN, LoopResponse(evidence=np.zeros(S_GRID.size))) is None
 
 
+def test_the_smallest_stiction_shown_lies_where_the_evidence_is_enough():
+    """Evidence of 10 a step of the grid: 20 stands at its third S, 25 halfway in ln(S) to the fourth."""
+    evidence = np.linspace(0.0, 90.0, 10)
+    assert smallest_shown(evidence, 20.0) == pytest.approx(S_GRID[2], abs=1e-3)
+    assert smallest_shown(evidence, 25.0) == pytest.approx(math.sqrt(S_GRID[2] * S_GRID[3]), abs=1e-3)
+    assert smallest_shown(np.zeros(10), 20.0) is None
+
+
 def test_detectable_stiction_grows_with_the_noise():
     """Noise of the transmitter hides small stiction."""
     quiet, noisy = (st.diagnose(simulate(st.Ideal(), noise=noise)).response for noise in (0.02, 0.5))
@@ -86,6 +102,12 @@ def test_detectable_stiction_needs_a_stem_that_moves():
     found = st.diagnose(replace(rest, op=rest.op + 50.0 + 0.001 * rng.normal(size=N)))
     assert (found.S_detectable, found.verdict) == (None, "undecided")
     assert "OP moved" in found.next_step
+
+
+def test_no_stiction_is_excluded_where_op_is_the_position_of_a_sticky_valve():
+    run = simulate(st.Kano(6.0, 2.0), load=6.0 * WAVE)
+    found = st.diagnose(replace(run, op=run.mv + 50.0, mv=None))
+    assert (found.S_detectable, found.verdict, found.finding) == (None, "undecided", "not_in_command")
 
 
 def simulate(valve, *, Kc=0.25, load=None, noise=0.1, random=0.6):

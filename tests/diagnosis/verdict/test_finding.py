@@ -38,6 +38,8 @@ PLAY, SMALL_PLAY = make_identification(J=0.1), make_identification(S=0.4, J=0.0)
         ),
         ({"probability": 0.1, "stuck": True, "verdict": "undecided"}, "valve_not_responding"),
         ({"probability": 0.1, "stuck": True, "S_detectable": 0.5}, "nothing_found"),
+        ({"probability": 0.1, "op_is_position": True, "verdict": "undecided", "stuck": True}, "not_in_command"),
+        ({"probability": 0.95, "op_is_position": True}, "sticks"),
         ({"probability": 0.1, "S_detectable": 0.5, "causes": {"tuning": 0.5}}, "cause_unknown"),
         ({"probability": 0.4}, "cause_unknown"),
         ({"probability": 0.1, "oscillating": False, "S_detectable": 0.5}, "nothing_found"),
@@ -65,6 +67,13 @@ def test_manual_test_lasts_three_periods():
     found = make_diagnosis(0.1, causes={"external": 0.5, "tuning": 0.5}, S_detectable=0.5, verdict="undecided")
     assert "in manual for three periods (3 min" in found.next_step
     assert found.action == found.next_step
+
+
+def test_an_op_that_is_the_position_of_the_valve_is_asked_about():
+    found = make_diagnosis(0.1, op_is_position=True, verdict="undecided")
+    assert "not the position of the valve" in found.next_step
+    assert found.action == found.next_step
+    assert "OP moves as no controller of SP - PV would" in found.reason
 
 
 def test_step_is_twice_the_smallest_stiction_that_matters():

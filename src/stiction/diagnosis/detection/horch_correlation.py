@@ -46,8 +46,8 @@ def horch_correlation(record: LoopRecord, oscillation: Oscillation) -> Evidence:
         low, high = min(by_height, d_tau), max(by_height, d_tau)
     kind = "odd" if low >= 2.0 / 3.0 else "even" if high <= 1.0 / 3.0 else "neither odd nor even"
     why = (
-        f"The cross-correlation of OP and PV is {kind} (d_rho {d_rho:.2f}, d_tau {d_tau:.2f}; odd from 1/3 and 2/3, "
-        "even up to 0.072 and 1/3). Valid for PI control without coupled loops."
+        f"The cross-correlation of OP and PV is {kind}: d_rho is {d_rho:.2f} (from 1/3 on odd, up to 0.072 even), "
+        f"d_tau {d_tau:.2f} (from 2/3 on odd, up to 1/3 even). Valid for PI control without coupled loops."
     )
     against = objections(record, oscillation, integrating=False)
     # Even needs both offsets below 1/3, stiction both above 2/3; the smaller one alone decides only the latter.

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiction.diagnosis.identification.op_answer import OpAnswer, answers, find_answer
 from stiction.diagnosis.identification.process_fit import FittedProcess, simulate_process
 from stiction.diagnosis.identification.stems import as_valve_arrays, valve_positions
 
@@ -64,6 +65,12 @@ class LoopResponse:
     """Gain of OP over its standard error, with the sign that the controller expects [-]."""
     op_effect_plain: float = math.nan
     """Gain of Schwarz's criterion by OP without the waves [-]."""
+    answer: OpAnswer = (math.nan, math.nan)
+    """Evidence of an answer of PV to OP beside the waves, with the sign that the controller expects and the other."""
+    answer_plain: OpAnswer = (math.nan, math.nan)
+    """The same without the waves."""
+    sp_answer: float = 0.0
+    """Evidence of an answer of PV to SP beside the waves, in the direction of SP; 0 where SP does not move."""
     margin: Margin = Margin()
     """Gain margin by the fit without the waves."""
     stem_for_op: float = math.nan
@@ -109,8 +116,8 @@ class _Blocks:
     ) -> None:
         n = min(pv.size // size, MAX_BLOCKS)
         self.size, self.first = size, max(PV_LAGS, OP_LAGS)
-        self.pv, self.scale_pv = self._means(pv, n)
-        self.op, self.scale_op = self._means(op, n)
+        self.pv, self.scale_pv = self.means(pv, n)
+        self.op, self.scale_op = self.means(op, n)
         self.target = self.pv[self.first :]
         turns = [2.0 * np.pi * size * h * f for f in peaks for h in range(1, HARMONICS + 1) if h * f * size < 0.5]
         self.turns = turns
@@ -118,7 +125,7 @@ class _Blocks:
         parts = [np.ones((1, self.target.size)), self._lags(self.pv, PV_LAGS), np.cos(angle), np.sin(angle),
                  self._lags(self.op, OP_LAGS)]  # fmt: skip
         if stem is not None:
-            parts.append(self._lags(self._means(stem, n)[0], OP_LAGS))
+            parts.append(self._lags(self.means(stem, n)[0], OP_LAGS))
         rows = np.vstack(parts)
         self.scales = np.maximum(np.sqrt(np.einsum("ij,ij->i", rows, rows)), MIN_SCALE)
         self.rows = rows / self.scales[:, np.newaxis]
@@ -132,7 +139,7 @@ class _Blocks:
             np.arange(with_waves + OP_LAGS, len(rows)),
         )
 
-    def _means(self, x: NDArray[np.float64], n: int) -> tuple[NDArray[np.float64], float]:
+    def means(self, x: NDArray[np.float64], n: int) -> tuple[NDArray[np.float64], float]:
         """Block means about their mean over their deviation, and that deviation."""
         x = x[: n * self.size].reshape(n, self.size).mean(axis=1)
         scale = max(float(x.std()), 1e-300)
@@ -150,6 +157,12 @@ class _Blocks:
         n = self.target.size
         error = max(float(self.target @ self.target - weights @ self.right[used]), 1e-9 * n)
         return _Fit(weights / size, inverse * (error / n) / np.outer(size, size), error, n)
+
+    def answer(self, tried: NDArray[np.float64], action: float, *parts: NDArray[np.int64]) -> OpAnswer:
+        """Evidence of an answer of PV to OP beside some of the rows."""
+        used = np.concatenate(parts)
+        known = np.linalg.solve(np.linalg.cholesky(self.squares[np.ix_(used, used)]), self.rows[used])
+        return find_answer(tried, self.target, known, action)
 
 
 def _peaks(pv: NDArray[np.float64]) -> list[float]:
@@ -176,10 +189,11 @@ def fit_response(
     period: float | None,
     controller: ControllerFit,
     found: Identification,
+    sp: NDArray[np.float64] | None = None,
 ) -> LoopResponse:
     """Fit the linear predictions of one record.
 
-    OP [% of span] and PV [engineering units] have the sampling period `dt` [s]; `period` [s] is that of the
+    OP [% of span], PV and SP [engineering units] have the sampling period `dt` [s]; `period` [s] is that of the
     oscillation, None without one; `found` gives the sticky valve and the process. Too short a record has no response.
     """
     if pv.size < MIN_BLOCKS or not (float(np.ptp(pv)) > 0.0 and float(np.ptp(op)) > 0.0):
@@ -195,13 +209,23 @@ def fit_response(
     sign = controller.action
     stem = _stem_evidence(blocks, beside)
     wave, inlet = _main_wave(blocks, beside)
+    tried = answers(blocks.op, blocks.first)
     return LoopResponse(
         effect, gain * sign if sign else math.nan, _criterion(own, plain, OP_LAGS),
-        _margin(blocks, plain, controller, dt),
-        stem[0], stem[1], stem[2] * sign if sign else math.nan,
+        blocks.answer(tried, sign, blocks.own, blocks.waves), blocks.answer(tried, sign, blocks.own),
+        _sp_answer(blocks, sp), _margin(blocks, plain, controller, dt),
+        stem_for_op=stem[0], stem_beside_op=stem[1], stem_gain=stem[2] * sign if sign else math.nan,
         wave_effect=_criterion(plain, beside, blocks.waves.size), wave_over_op=wave, load_size=inlet,
         evidence=_predicted_evidence(blocks, op, found.linear, dt, beside),
     )  # fmt: skip
+
+
+def _sp_answer(blocks: _Blocks, sp: NDArray[np.float64] | None) -> float:
+    """Evidence of an answer of PV to SP: only where the stem moves does PV follow [-]."""
+    if sp is None or not float(np.ptp(sp)) > 0.0:
+        return 0.0
+    tried = answers(blocks.means(sp, blocks.pv.size)[0], blocks.first)
+    return blocks.answer(tried, 1.0, blocks.own, blocks.waves)[0]
 
 
 def _criterion(without: _Fit, with_it: _Fit, count: int) -> float:

@@ -150,7 +150,10 @@ def _predicted(found: CauseInput) -> float:
 
 
 def _signs(text: str) -> dict[str, int]:
-    """Causes and signs: `valve+ external- tuning`; `unseen` sticks or is stuck without being seen, `stuck` is stuck."""
+    """Causes and signs: `valve+ external- tuning`.
+
+    `unseen` sticks or is stuck without being seen, `stuck` is stuck, `position` is an OP that is the stem's position.
+    """
     return {one.rstrip("+-"): {"+": 1, "-": -1}.get(one[-1], 0) for one in text.split()}
 
 
@@ -163,11 +166,11 @@ def _feature(
 CAUSE_FEATURES: tuple[CauseFeature, ...] = (
     _feature("log_odds", "log odds of stiction by the verdict's model", "valve+ external unseen",
              lambda x: x.log_odds),
-    _feature("over_good", "asinh(LLR / 20)", "valve+ tuning external unseen stuck", _ratio("good")),
+    _feature("over_good", "asinh(LLR / 20)", "valve+ tuning external unseen stuck position", _ratio("good")),
     _feature("over_deadband", "asinh(LLR / 20)", "valve unseen", _ratio("deadband")),
     _feature("over_dead_zone", "asinh(LLR / 20)", "valve+ dead_zone- unseen", _ratio("dead_zone")),
     _feature("beside_load", "asinh(LLR / 20)", "valve+ unseen", _ratio("beside_periodic_load")),
-    _feature("load_over_good", "asinh(LLR / 20)", "valve tuning external dead_zone unseen stuck",
+    _feature("load_over_good", "asinh(LLR / 20)", "valve tuning external dead_zone unseen stuck position",
              _over_good("periodic_load")),
     _feature("relay_over_good", "asinh(LLR / 20)", "external+ dead_zone unseen", _over_good("relay_load")),
     _feature("zone_over_good", "asinh(LLR / 20)", "dead_zone+ external-",
@@ -185,18 +188,26 @@ CAUSE_FEATURES: tuple[CauseFeature, ...] = (
     _feature("band", "ln(S)", "valve+", lambda x: math.log(max(x.identification.S, 1e-3)), "ln(% of span)"),
     _feature("band_to_swing", "S / range of OP", "valve unseen",
              lambda x: min(x.identification.S / max(x.op_range, 1e-9), 1.5)),
-    _feature("op_effect", "asinh(BIC gain of OP / 20), waves beside", "tuning external unseen- stuck-",
+    _feature("op_effect", "asinh(BIC gain of OP / 20), waves beside", "tuning external unseen- stuck- position",
              lambda x: log_evidence(x.response.op_effect)),
-    _feature("op_gain", "asinh(gain of OP / standard error), waves beside", "external unseen- stuck-",
+    _feature("op_gain", "asinh(gain of OP / standard error), waves beside", "external unseen- stuck- position",
              lambda x: math.asinh(x.response.op_gain)),
-    _feature("op_effect_plain", "asinh(BIC gain of OP / 20)", "unseen stuck",
+    _feature("op_effect_plain", "asinh(BIC gain of OP / 20)", "unseen stuck position",
              lambda x: log_evidence(x.response.op_effect_plain)),
+    _feature("op_answer", "asinh(LLR / 20) of the best first-order answer to OP, waves beside", "unseen- stuck-",
+             lambda x: log_evidence(x.response.answer[0])),
+    _feature("op_answer_wrong", "asinh(LLR / 20) of the best one with the wrong sign", "unseen stuck",
+             lambda x: log_evidence(x.response.answer[1])),
+    _feature("op_answer_plain", "asinh(LLR / 20) of the best one, no waves beside", "unseen stuck",
+             lambda x: log_evidence(x.response.answer_plain[0])),
+    _feature("sp_answer", "asinh(LLR / 20) of the best first-order answer to SP, waves beside", "unseen- stuck-",
+             lambda x: log_evidence(x.response.sp_answer)),
     _feature("wave_effect", "asinh(BIC gain of outside waves / 20), OP beside", "tuning external+ set_point unseen",
              lambda x: log_evidence(x.response.wave_effect)),
     _feature("wave_over_op", "ln(movement of PV by the main wave over that by OP)",
              "tuning external valve- unseen stuck",
              lambda x: math.log(max(x.response.wave_over_op, 1e-6))),
-    _feature("load_size", "ln(main wave as a load at the inlet)", "external tuning unseen stuck",
+    _feature("load_size", "ln(main wave as a load at the inlet)", "external tuning unseen stuck position",
              lambda x: math.log(max(x.response.load_size, 1e-6)), "ln(% of span)"),
     _feature("plain_margin_low", "15 % point of ln(gain margin)", "tuning- external unseen",
              lambda x: x.response.margin.low),
@@ -212,13 +223,15 @@ CAUSE_FEATURES: tuple[CauseFeature, ...] = (
     _feature("damping", "-lg(1 - largest pole of PV)", "tuning unseen stuck",
              lambda x: largest_pole(x.pv, x.block(100))),
     _feature("sp_size", "deviation of SP over that of PV", "set_point+ unseen", _sp_size),
-    _feature("sp_changes", "ln(1 + samples at which SP changes)", "set_point+", _sp_changes),
+    _feature("sp_changes", "ln(1 + samples at which SP changes)", "set_point+ position", _sp_changes),
     _feature("sp_effect", "share of PV's variance that lags of SP explain", "set_point+ external- tuning- stuck",
              lambda x: 0.0 if x.sp is None else share_by_lags(x.sp, x.pv, x.per_period)),
-    _feature("at_rate", "share of OP's moves at the largest rate", "rate_limit+ external",
+    _feature("at_rate", "share of OP's moves at the largest rate", "rate_limit+ external position-",
              lambda x: share_at_rate(x.op, x.op_step)),
     _feature("unexplained", "share of OP's moves that no controller explains",
              "rate_limit+ external- valve tuning unseen stuck", lambda x: x.controller.unexplained),
+    _feature("unexplained_off_rate", "that share times the share of moves not at the largest rate", "position+",
+             lambda x: x.controller.unexplained * (1.0 - share_at_rate(x.op, x.op_step))),
     _feature("at_limits", "share of the samples with OP at its ends", "tuning rate_limit external",
              lambda x: share_at_limits(x.op, x.op_step)),
     _feature("pv_step", "quantisation step of PV over its range", "sensor+ external dead_zone-",

@@ -17,6 +17,8 @@ from stiction.display.json_form import FOUR_DECIMALS, Result
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from numpy.typing import NDArray
+
     from stiction.diagnosis.identification.loop_response import LoopResponse
 
 __all__ = [
@@ -26,7 +28,9 @@ __all__ = [
     "cause_models",
     "closest_alternative",
     "find_detectable_S",
+    "is_position",
     "is_stuck",
+    "smallest_shown",
 ]
 
 CAUSES = ("valve", "tuning", "external", "set_point", "rate_limit", "dead_zone", "sensor")
@@ -88,12 +92,16 @@ class CauseModels(NamedTuple):
     """Of a valve that sticks or is stuck, whether or not the verdict shows it."""
     stuck: TreeModel
     """Of a stem that is stuck while something else moves PV."""
+    position: TreeModel
+    """Of an OP that is the position of the stem and not what the controller asks for."""
     named: float
     """Probability from which a cause is named [-]."""
     unseen_limit: float
     """Its probability above which stiction of any size may be there without being seen [-]."""
+    position_limit: float
+    """Probability above which OP may be the position of a valve that sticks [-]."""
     min_evidence: float
-    """Twice the log likelihood ratio from which 90 % of sticky valves are not called good [-]."""
+    """Predicted evidence from which 90 % of the sticky valves are not called good [-]."""
 
 
 @cache
@@ -101,9 +109,9 @@ def cause_models() -> CauseModels:
     """Read the trained models of the causes."""
     stored: dict[str, Any] = read_stored("causes.json")
     models = {name: read_model(one) for name, one in stored["models"].items()}
-    unseen = models.pop("unseen")
+    others = [models.pop(name) for name in ("unseen", "stuck", "position")]
     return CauseModels(
-        models, unseen, models.pop("stuck"), stored["named"], stored["unseen_limit"], stored["min_evidence"]
+        models, *others, stored["named"], stored["unseen_limit"], stored["position_limit"], stored["min_evidence"]
     )
 
 
@@ -121,23 +129,37 @@ def is_stuck(features: Mapping[str, float]) -> bool:
     return models.stuck.probability(features, models.stuck.training_prior) >= models.named
 
 
+def is_position(features: Mapping[str, float], causes: OscillationCause) -> bool:
+    """Whether OP is the position of the stem and not what the controller asks for.
+
+    At a limit of OP or of its rate no controller explains OP either: neither cause may be probable.
+    """
+    models = cause_models()
+    probability = models.position.probability(features, models.position.training_prior)
+    return max(causes.rate_limit, causes.tuning) < models.named <= probability
+
+
 def find_detectable_S(features: Mapping[str, float], response: LoopResponse) -> float | None:
     """Find the smallest S for which 90 % of such records would not be called `no_stiction` [% of span].
 
     None where no S would show, as where the stem may not have moved. The evidence of each S is predicted from the
-    movement of OP, the process and the noise (`response`). It counts only where the trained model of an unseen valve,
-    which asks whether OP moves PV at all, leaves little room for one.
+    movement of OP, the process and the noise (`response`). It counts only where the trained models leave little room
+    for a valve that OP does not move, and for an OP that is the position of a sticky valve.
     """
     models = cause_models()
-    evidence = response.evidence
-    if evidence is None or models.unseen.probability(features, models.unseen.training_prior) > models.unseen_limit:
-        return None
-    enough = np.flatnonzero(evidence >= models.min_evidence)
+    limits = ((models.unseen, models.unseen_limit), (models.position, models.position_limit))
+    hidden = any(model.probability(features, model.training_prior) > limit for model, limit in limits)
+    return None if response.evidence is None or hidden else smallest_shown(response.evidence, models.min_evidence)
+
+
+def smallest_shown(evidence: NDArray[np.float64], needed: float) -> float | None:
+    """Find the smallest S [% of span] with `needed` evidence, of that of each S of `S_GRID`; None without."""
+    enough = np.flatnonzero(evidence >= needed)
     if enough.size == 0:
         return None
     i = int(enough[0])
     near = slice(max(i - 1, 0), i + 1)
-    return round(float(np.exp(np.interp(models.min_evidence, evidence[near], np.log(S_GRID[near])))), 3)
+    return round(float(np.exp(np.interp(needed, evidence[near], np.log(S_GRID[near])))), 3)
 
 
 def closest_alternative(likelihood_ratios: Mapping[str, float]) -> tuple[str, float] | None:

@@ -61,6 +61,8 @@ class Diagnosis(ResultDisplay, kind="verdict"):
     """What makes the loop oscillate; all 0 where the record cannot be judged."""
     stuck: bool = False
     """Whether the stem is probably stuck while something else moves PV."""
+    op_is_position: bool = False
+    """Whether the recorded OP is probably the position of the stem and not what the controller asks for."""
     evidence: tuple[Evidence, ...] = ()
     """What each published method says."""
     identification: Identification | None = None

@@ -35,6 +35,7 @@ CAUSE_ACTION = {
 """What to do about each cause other than the valve."""
 OPEN_TEXT = {
     "cause_unknown": "The record does not show the cause of the oscillation.",
+    "not_in_command": "OP moves as no controller of SP - PV would: it is probably the position of the valve.",
     "valve_not_responding": "Something else moves PV, and PV does not respond to OP: the stem is probably stuck.",
 }
 """Findings that a test has to decide, as sentences."""

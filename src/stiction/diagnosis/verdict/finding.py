@@ -52,6 +52,7 @@ NOTHING_NOW = "Nothing to do now: the loop does not oscillate."
 NEXT_STEPS = {
     "follows": "Look at what moves the set point: its master loop, ratio station or operator.",
     "rate_limit": "Raise the rate limit of OP, or lower the gain until OP stays below it.",
+    "not_in_command": "Check that the OP column is the controller's output and not the position of the valve.",
     "backlash": "Move OP back and forth by twice the band in manual and watch the stem: play shows as lost motion.",
 }
 """Finding -> the test that shows whether it is right."""
@@ -78,6 +79,11 @@ class Findings(Protocol):
     @property
     def stuck(self) -> bool:
         """Whether the stem is stuck while something else moves PV."""
+        ...
+
+    @property
+    def op_is_position(self) -> bool:
+        """Whether the recorded OP is the position of the stem."""
         ...
 
     @property
@@ -142,15 +148,17 @@ def is_backlash(causes: OscillationCause, identification: Identification | None,
 def find_code(found: Findings) -> Finding:
     """Choose what is said first.
 
-    The valve leads where it sticks, then a stem that does not move. Else the most probable cause that is named does, a
-    load from outside only where no cause inside the loop is named. Nothing is found only where the valve is good and
-    any cause is as improbable as a named one is probable.
+    The valve leads where it sticks, then an OP that is not the controller's, then a stem that does not move. Else the
+    most probable cause that is named does, a load from outside only where no cause inside the loop is named. Nothing is
+    found only where the valve is good and any cause is as improbable as a named one is probable.
     """
     causes, valve = found.oscillation_cause, found.identification
     if not found.segment.loop_state.in_control:
         return STATE_FINDINGS.get(found.segment.loop_state.state, "no_data")
     if found.verdict == "stiction":
         return "sticks" if grade(found.verdict, found.probability) == "sticks" else "probably_sticks"
+    if found.op_is_position:
+        return "not_in_command"
     if found.stuck and found.verdict == "undecided":
         return "valve_not_responding"
     if is_backlash(causes, valve, found.smallest_S):

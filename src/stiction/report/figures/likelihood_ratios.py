@@ -48,8 +48,8 @@ def likelihood_ratios(view: LoopView) -> Figure | None:
     caption = (
         "Twice the logarithm of the likelihood ratio. Bar to the right: the sticky valve "
         "predicts the PV better; to the left: the other explanation predicts it better. The first is the strongest "
-        "alternative; "
-        "those apart are not counted among the other explanations. The axis is linear up to 20 and logarithmic beyond."
+        "alternative; those named 'apart' are not counted as alternatives. The axis is linear up to 20 and logarithmic "
+        "beyond."
     )
     rows = [[name, number] for (name, _), number in zip(ratios, text, strict=True)]
     table = Table(["Other explanation", RATIO_LABEL], rows)

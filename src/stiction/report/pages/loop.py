@@ -210,7 +210,7 @@ def _quality(diagnosis: Diagnosis) -> list[Block]:
     quality, order = diagnosis.quality, list(_SEVERITY)
     rows = [
         [
-            check.name,
+            labels.signal_words(check.name),
             Cell(_SEVERITY[check.severity][0], mark=_SEVERITY[check.severity][1]),
             check.value,
             check.limit,

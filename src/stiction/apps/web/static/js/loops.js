@@ -55,6 +55,7 @@ function columnsOf(setId, all, sparks) {
 function trendCell(row, sparks) {
   const values = row.spark ?? sparks.get(row.key);
   const isPercent = (row.op_unit ?? "% of span") === "% of span";
+  if (values && values.every((value) => value === null)) return h("span", { class: "note" }, "does not move");
   return values ? sparkline(values, `Trend of OP of ${row.tag}`, 110, 28, isPercent ? SPARK_HALF : 0) : "";
 }
 
