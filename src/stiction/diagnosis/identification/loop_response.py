@@ -214,7 +214,7 @@ def fit_response(
         effect, gain * sign if sign else math.nan, _criterion(own, plain, OP_LAGS),
         blocks.answer(tried, sign, blocks.own, blocks.waves), blocks.answer(tried, sign, blocks.own),
         _sp_answer(blocks, sp), _margin(blocks, plain, controller, dt),
-        stem[0], stem[1], stem[2] * sign if sign else math.nan,
+        stem_for_op=stem[0], stem_beside_op=stem[1], stem_gain=stem[2] * sign if sign else math.nan,
         wave_effect=_criterion(plain, beside, blocks.waves.size), wave_over_op=wave, load_size=inlet,
         evidence=_predicted_evidence(blocks, op, found.linear, dt, beside),
     )  # fmt: skip
