@@ -38,8 +38,7 @@ def first_order(lag: float) -> NDArray[np.float64]:
     """Answer of a first-order lag to an impulse, until it has gone [-]; `lag` in samples."""
     if lag == 0.0:
         return np.ones(1)
-    kept = math.exp(-1.0 / lag)
-    return (1.0 - kept) * kept ** np.arange(math.ceil(GONE * lag))
+    return (1.0 - math.exp(-1.0 / lag)) * np.exp(-np.arange(math.ceil(GONE * lag), dtype=np.float64) / lag)
 
 
 def find_answer(
