@@ -131,11 +131,12 @@ class Regression:
         if not self.predicted.all():
             return self._products_of_regressors(self._lag_sums(positions))
         x = positions - positions.mean(axis=1, keepdims=True)
-        own = np.empty((len(x), len(self.edges) - 1, len(self.edges) - 1))
-        shared = np.empty((*own.shape[:2], len(self.weights)))
+        own = np.zeros((len(x), len(self.edges) - 1, len(self.edges) - 1))
+        shared = np.zeros((*own.shape[:2], len(self.weights)))
         lag_products(
-            x, self.pv, self.op_means, self.first, self.groups, x @ self.first_products, self.pv_lags + 1, own, shared
-        )
+            x, self.pv, self.op_means, self.first, self.groups, x @ self.first_products, self.pv_lags + 1,
+            np.empty(2 * self.groups.size + len(self.weights) - 1), own, shared,
+        )  # fmt: skip
         with_basis = (shared.reshape(-1, len(self.weights)) @ self.weights).reshape(*own.shape[:2], -1)
         return with_basis, own, shared[:, :, 1 + self.pv_lags] - with_basis @ self.pv_in_basis
 
@@ -231,9 +232,8 @@ def _first_products(
     pv: NDArray[np.float64], op: NDArray[np.float64], first: int, longest: int, pv_lags: int, op_lags: int
 ) -> NDArray[np.float64]:
     """Columns whose products with a position are those that `lag_products` begins with."""
-    positions = range(1, longest + 1)
-    pairs = [(lag, pv, 0) for lag in positions] + [(lag, op, 1) for lag in positions]
-    pairs += [(1, pv, lag) for lag in range(pv_lags, 0, -1)] + [(1, op, lag) for lag in range(op_lags, 1, -1)]
+    pairs = [(1, pv, lag) for lag in range(pv_lags, -1, -1)] + [(1, op, lag) for lag in range(op_lags, 0, -1)]
+    pairs += [(lag, pv, 0) for lag in range(2, longest + 1)] + [(lag, op, 1) for lag in range(2, longest + 1)]
     n = pv.size
     columns = np.zeros((n, len(pairs)))
     for k, (of_position, signal, lag) in enumerate(pairs):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stiction.models.component import TIE_TOLERANCE
-from stiction.models.numba_compile import inline_kernel, kernel
+from stiction.models.numba_compile import kernel
 
 __all__ = [
     "as_valve_arrays",
@@ -28,12 +28,16 @@ def valve_positions(op, per_block, S, J, rests, start, out):
     The valves are the inner loop, without branches, so that several are computed at once.
     """
     n = out.shape[0]
-    half, gap = 0.5 * (S + J), 0.5 * (S - J)
-    edge, goes = half * (1.0 + TIE_TOLERANCE), np.where(rests, 0.0, 1.0)
-    position, direction, total = op[0] + start * half, np.zeros(n), np.zeros(n)
+    edge, gap, goes = np.empty(n), np.empty(n), np.empty(n)
+    position, direction, total = np.empty(n), np.zeros(n), np.empty(n)
+    for v in range(n):  # expressions of whole arrays take seconds to compile
+        half = 0.5 * (S[v] + J[v])
+        edge[v], gap[v], goes[v] = half * (1.0 + TIE_TOLERANCE), 0.5 * (S[v] - J[v]), 0.0 if rests[v] else 1.0
+        position[v] = op[0] + start[v] * half
     previous = op[0]
     for k in range(out.shape[1]):
-        total[:] = 0.0
+        for v in range(n):
+            total[v] = 0.0
         for i in range(k * per_block, (k + 1) * per_block):
             u = op[i]
             step = u - previous
@@ -88,69 +92,65 @@ def _first_order_lags(x, keep, settled, out):
             out[row, k] = a
 
 
-@inline_kernel
-def _add_correlation(factor, window, out):
+@kernel
+def _add_correlation(factor, window, out, size):
     """Add to each out[i] the sum of factor[t] window[t + i]; four samples at a time, as each sum waits for the last."""
     whole = factor.size - factor.size % 4
     for t in range(0, whole, 4):
         a, b, c, d = factor[t], factor[t + 1], factor[t + 2], factor[t + 3]
         w, x, y, z = window[t:], window[t + 1 :], window[t + 2 :], window[t + 3 :]
-        for i in range(out.size):
+        for i in range(size):
             out[i] += a * w[i] + b * x[i] + c * y[i] + d * z[i]
     for t in range(whole, factor.size):
-        a, w = factor[t], window[t:]
-        for i in range(out.size):
-            out[i] += a * w[i]
-
-
-@inline_kernel
-def _next_lags(products, begins, starts, ends, stops, out):
-    """Fill `out`, but for its last, with the products of the next lags: one sample more before, one less at the end."""
-    for i in range(products.size - 1):
-        out[i] = products[i + 1] + begins * starts[i] - ends * stops[i]
+        for i in range(size):
+            out[i] += factor[t] * window[t + i]
 
 
 @kernel
-def lag_products(x, pv, op, first, groups, first_products, n_pv, own, shared):
-    """Products of the lags of signals, summed over the samples from `first` on, for each row of `x` (n, n_samples).
+def _to_next_lags(products, at, size, begins, ends, signal, start, stop, shortest):
+    """Replace products by those of the next lags: one sample more at the start, one less at the end."""
+    for i in range(size - 1):
+        products[at + i] = products[at + i + 1] + begins * signal[start + i] - ends * signal[stop + i]
+    products[at + size - 1] = shortest
 
-    The lags of `x` begin at 1 and are added up in `groups` (n_x_lags,). `own` (n, n_groups, n_groups) are the products
-    of the groups, `shared` (n, n_groups, 1 + n_pv + n_op) those with a constant, with lags n_pv - 1 to 0 of `pv` and
-    lags n_op to 1 of `op`. `first_products` (n, ...) are those of all lags of `x` with lag 0 of `pv`, with lag 1 of
-    `op`, and of lag 1 with the other lags of `pv` and `op`. The products of lags i + 1 and j + 1 are those of i and j
-    but for one sample at each end.
+
+@kernel
+def lag_products(x, pv, op, first, groups, first_products, n_pv, now, own, shared):
+    """Add to `own` and `shared` products of lags, summed over the samples from `first` on, for each row of `x`.
+
+    The lags of `x` (n, n_samples) begin at 1 and are added up in `groups` (n_x_lags,). `own` (n, n_groups, n_groups)
+    are the products of the groups, `shared` (n, n_groups, 1 + n_pv + n_op) those with a constant, with lags n_pv - 1
+    to 0 of `pv` and lags n_op to 1 of `op`. `first_products` (n, ...) are those of lag 1 with the lags of `pv` and
+    `op`, of the other lags with lag 0 of `pv`, and of these with lag 1 of `op`. The products of lags i + 1 and j + 1
+    are those of i and j but for one sample at each end; `now` (2 n_x_lags + n_pv + n_op,) is room for those of one lag.
     """
-    n, longest = x.shape[1], groups.size
-    n_op = shared.shape[2] - 1 - n_pv
-    by_pv, by_op = longest, longest + n_pv
-    now, after = np.empty(by_op + n_op), np.empty(by_op + n_op)
-    own[:], shared[:] = 0.0, 0.0
+    n, longest, n_op = x.shape[1], groups.size, shared.shape[2] - 1 - n_pv
+    by_op, end = longest + n_pv, longest + n_pv + n_op
     for v in range(x.shape[0]):
         row, given = x[v], first_products[v]
-        lag_1 = row[first - 1 : n - 1]
-        now[:longest] = 0.0
-        _add_correlation(lag_1, row[first - longest :], now[:longest])
-        first_own = now[:longest].copy()
-        now[by_pv : by_op - 1] = given[2 * longest : 2 * longest + n_pv - 1]
-        now[by_op : by_op + n_op - 1] = given[2 * longest + n_pv - 1 :]
-        now[by_op - 1], now[by_op + n_op - 1] = given[0], given[longest]
-        total = lag_1.sum()
+        total = 0.0
+        for k in range(first - 1, n - 1):
+            total += row[k]
+        for i in range(longest):
+            now[i] = 0.0
+        for i in range(longest, end):
+            now[i] = given[i - longest]
+        _add_correlation(row[first - 1 : n - 1], row[first - longest :], now, longest)
+        for i in range(longest):
+            now[end + i] = now[longest - 1 - i]
         for i in range(longest):
             g, begins, ends = groups[i], row[first - 2 - i], row[n - 2 - i]
             for j in range(longest):
                 own[v, g, groups[longest - 1 - j]] += now[j]
             shared[v, g, 0] += total
-            shared[v, g, 1:] += now[longest:]
+            for j in range(longest, end):
+                shared[v, g, 1 + j - longest] += now[j]
             if i + 1 < longest:
                 total += begins - ends
-                _next_lags(now[:by_pv], begins, row[first - longest :], ends, row[n - longest :], after[:by_pv])
-                _next_lags(
-                    now[by_pv:by_op], begins, pv[first - n_pv + 1 :], ends, pv[n - n_pv + 1 :], after[by_pv:by_op]
-                )
-                _next_lags(now[by_op:], begins, op[first - n_op :], ends, op[n - n_op :], after[by_op:])
-                after[by_pv - 1] = first_own[longest - 2 - i]
-                after[by_op - 1], after[by_op + n_op - 1] = given[i + 1], given[longest + i + 1]
-                now, after = after, now
+                _to_next_lags(now, 0, longest, begins, ends, row, first - longest, n - longest, now[end + i + 1])
+                k = end - longest + i
+                _to_next_lags(now, longest, n_pv, begins, ends, pv, first - n_pv + 1, n - n_pv + 1, given[k])
+                _to_next_lags(now, by_op, n_op, begins, ends, op, first - n_op, n - n_op, given[k + longest - 1])
 
 
 @kernel
