@@ -38,7 +38,8 @@ def first_order(lag: float) -> NDArray[np.float64]:
     """Answer of a first-order lag to an impulse, until it has gone [-]; `lag` in samples."""
     if lag == 0.0:
         return np.ones(1)
-    return (1.0 - math.exp(-1.0 / lag)) * np.exp(-np.arange(math.ceil(GONE * lag), dtype=np.float64) / lag)
+    kept = math.exp(-1.0 / lag)
+    return np.asarray((1.0 - kept) * kept ** np.arange(math.ceil(GONE * lag)), dtype=np.float64)
 
 
 def find_answer(
