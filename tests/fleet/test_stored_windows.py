@@ -46,6 +46,21 @@ def test_nights_end_like_one_run(nightly):
     assert (rows[-1].verdict, rows[-1].S) == (once.verdict, once.S)
 
 
+def test_short_nights_are_pooled_and_give_way_to_whole_windows(record, tmp_path):
+    for night in range(3):
+        record.window(night * DAY + 120, night * DAY + 720).to_parquet(
+            tmp_path / "loop.parquet"
+        )  # a new file each night
+        day = datetime(2026, 3, 1 + night)
+        until = day + timedelta(days=1)
+        [row] = st.audit(tmp_path / "loop.parquet", tmp_path / "out", workers=1, since=day, until=until).rows
+        assert row.windows == night + 1
+    record.to_parquet(tmp_path / "loop.parquet")
+    [row] = st.audit(tmp_path / "loop.parquet", tmp_path / "out", workers=1, until=datetime(2026, 3, 4)).rows
+    assert row.windows == 3
+    assert row.probability == pytest.approx(st.diagnose(record, methods=False).probability, abs=1e-9)
+
+
 def test_audit_equals_diagnose(nightly, record):
     assert nightly[1][-1].probability == pytest.approx(st.diagnose(record, methods=False).probability, abs=1e-9)
 

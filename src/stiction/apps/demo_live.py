@@ -20,7 +20,7 @@ SPEED = 10.0
 """Time of the plant over real time [-]."""
 SAMPLE_S = 5.0
 """Sampling period of the plant [s]."""
-ONSET_S, REPAIR_S, END_S = 3600.0, 10_800.0, 18_000.0
+ONSET_S, REPAIR_S, END_S = 3600.0, 9000.0, 18_000.0
 """Times of the plant at which the valve begins to stick, is repaired, and the plant ends [s]."""
 SET_POINT_S = 300.0
 """Time between two set points of the loop [s]."""

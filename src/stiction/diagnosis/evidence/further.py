@@ -11,14 +11,13 @@ import numpy as np
 
 from stiction.diagnosis.evidence.diagnose_windows import diagnose_windows
 from stiction.diagnosis.evidence.pool_diagnoses import PooledWindows
-from stiction.diagnosis.evidence.windows import DAY, cut, cut_grid, grid_length, settle_target
+from stiction.diagnosis.evidence.windows import DAY, Cut, cut, cut_grid, grid_begin, grid_length, settle_target
 from stiction.diagnosis.segment import judge_segment
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from stiction.diagnosis.evidence.diagnose_windows import Judge
-    from stiction.diagnosis.evidence.windows import Cut
     from stiction.diagnosis.verdict.diagnosis import Diagnosis
     from stiction.diagnosis.verdict.history import Window
     from stiction.records.record import LoopRecord
@@ -65,7 +64,8 @@ def diagnose_further(
     Notes
     -----
     The length of the windows comes from the first day of the loop, and their bounds are its multiples, so that nothing
-    depends on how the data are spread over several runs.
+    depends on how the data are spread over several runs. A record that fills no half of such a window is a window of
+    its own.
     """
     if record.start is None:
         return diagnose_windows([record], judge, methods=False), []
@@ -74,7 +74,13 @@ def diagnose_further(
         target, _ = settle_target(record.window(0, max(round(DAY / record.dt), 1)))
         length = grid_length(target)
     cuts = {one.start: one for one in cut_grid(record, length) if one.start is not None}
-    known = {one.begin: one for one in stored}
+    cuts = cuts or {record.start: Cut(0, len(record), record.start, complete=False)}
+    places = cuts.keys() | {one.begin for one in stored}
+    # what a short record gave goes when there is a window at its place
+    known = {
+        one.begin: one for one in stored
+        if (place := grid_begin(one.begin, length)) == one.begin or place not in places
+    }  # fmt: skip
     pooled, new = PooledWindows(), list[StoredWindow]()
     begins = sorted(known.keys() | cuts.keys())
     for begin in begins:

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from stiction.records.record import LoopRecord
 
 __all__ = [
-    "Cut", "cut", "cut_grid", "cut_record", "grid_length", "is_one_window", "settle_target", "slowest_period",
-    "window_target",
+    "Cut", "cut", "cut_grid", "cut_record", "grid_begin", "grid_length", "is_one_window", "settle_target",
+    "slowest_period", "window_target",
 ]  # fmt: skip
 
 PERIODS = 15.0
@@ -102,6 +102,18 @@ def grid_length(target: float) -> float:
     (4320.0, 172800.0)
     """
     return float(next((length for length in GRID if length >= target), 86400.0 * math.ceil(target / 86400.0)))
+
+
+def grid_begin(moment: datetime, length: float) -> datetime:
+    """Begin of the window of a length [s] that holds a moment, counted from midnight of 1970-01-01 in its zone.
+
+    Examples
+    --------
+    >>> grid_begin(datetime(2026, 3, 2, 9, 30), 28800.0)
+    datetime.datetime(2026, 3, 2, 8, 0)
+    """
+    midnight, step = datetime(1970, 1, 1, tzinfo=moment.tzinfo), timedelta(seconds=length)
+    return midnight + (moment - midnight) // step * step
 
 
 def cut_record(record: LoopRecord, target: float) -> list[Cut]:

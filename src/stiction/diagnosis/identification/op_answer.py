@@ -39,7 +39,7 @@ def first_order(lag: float) -> NDArray[np.float64]:
     if lag == 0.0:
         return np.ones(1)
     kept = math.exp(-1.0 / lag)
-    return (1.0 - kept) * kept ** np.arange(math.ceil(GONE * lag))
+    return np.asarray((1.0 - kept) * kept ** np.arange(math.ceil(GONE * lag)), dtype=np.float64)
 
 
 def find_answer(

@@ -109,10 +109,11 @@ def cause_models() -> CauseModels:
     """Read the trained models of the causes."""
     stored: dict[str, Any] = read_stored("causes.json")
     models = {name: read_model(one) for name, one in stored["models"].items()}
-    others = [models.pop(name) for name in ("unseen", "stuck", "position")]
+    unseen, stuck, position = (models.pop(name) for name in ("unseen", "stuck", "position"))
     return CauseModels(
-        models, *others, stored["named"], stored["unseen_limit"], stored["position_limit"], stored["min_evidence"]
-    )
+        models, unseen, stuck, position, stored["named"], stored["unseen_limit"], stored["position_limit"],
+        stored["min_evidence"],
+    )  # fmt: skip
 
 
 def assess_causes(features: Mapping[str, float], prior: float = DEFAULT_PRIOR) -> OscillationCause:
