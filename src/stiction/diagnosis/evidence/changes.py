@@ -10,6 +10,7 @@ import numpy as np
 
 from stiction.diagnosis.evidence.partition import Level, find_boundaries, last_beginnings
 from stiction.diagnosis.evidence.pooling import pool_windows, pooling_model, tabulate
+from stiction.diagnosis.identification.intervals import trend
 from stiction.diagnosis.verdict.decision import DEFAULT_PRIOR
 from stiction.diagnosis.verdict.history import Change
 from stiction.diagnosis.verdict.model import log_odds
@@ -113,15 +114,11 @@ def _find_growth(known: Sequence[Window], table: WindowTable, numbers: dict[int,
     if len(known) < LEAST_GROWTH_WINDOWS:
         return None
     x, y = np.array([one.start_s for one in known]), np.log(np.maximum(table.S[:, 0], 1e-3))
-    away = x - x.mean()
-    square = float(away @ away)
-    slope = float(away @ y) / square
-    rest = y - y.mean() - slope * away
-    error = math.sqrt(float(rest @ rest) / ((x.size - 2) * square))
+    slope, error = trend(x, y)
     rise = slope * float(x[-1] - x[0])
     if not (rise > LEAST_GROWTH and slope > GROWTH_SIGNIFICANCE * error):
         return None
-    before, after = (float(np.exp(y.mean() + slope * at)) for at in (away[0], away[-1]))
+    before, after = (float(np.exp(y.mean() + slope * (at - x.mean()))) for at in (x[0], x[-1]))
     sure = 0.5 * math.erfc(-slope / max(error, 1e-300) / math.sqrt(2.0))
     return Change(known[0].start, known[0].start_s, "growth", before, after, sure, numbers[id(known[0])])
 

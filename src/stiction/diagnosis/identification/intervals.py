@@ -103,7 +103,8 @@ def trend(hours: NDArray[np.float64], S: NDArray[np.float64], min_points: int = 
     """
     if hours.size < min_points:
         return float("nan"), float("nan")
-    from scipy.stats import linregress
-
-    fit = linregress(hours, S)
-    return float(fit.slope), float(fit.stderr)  # pyright: ignore[reportAttributeAccessIssue]
+    away = hours - hours.mean()
+    square = float(away @ away)
+    slope = float(away @ S) / square
+    rest = S - S.mean() - slope * away
+    return slope, float(np.sqrt(rest @ rest / ((S.size - 2) * square)))
