@@ -27,6 +27,7 @@ from stiction.compensation.cycle_measurement import (
 from stiction.compensation.external_inputs import ExternalInputs
 from stiction.compensation.refine_model import refine_model
 from stiction.compensation.repair import stiction_of
+from stiction.compensation.twin_start import start_of_twin
 from stiction.display.duration_format import format_seconds
 from stiction.display.json_form import Result, fields_to_json, to_json
 from stiction.errors import RecordError
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from stiction.compensation.refine_model import RefinedModel
+    from stiction.compensation.twin_start import TwinStart
     from stiction.diagnosis import Diagnosis, Identification
     from stiction.diagnosis.segment import JudgedSegment
     from stiction.models import PID
@@ -88,6 +90,8 @@ class Twin(Result):
     """External inputs; None for the loop's own noise only."""
     overlay: dict[str, NDArray[np.float64]] = field(default_factory=dict, repr=False, compare=False)
     """Three periods of record and twin in phase: time [s], op, op_twin, pv, pv_twin, shape (n_samples,) each."""
+    start: TwinStart | None = field(default=None, repr=False, compare=False)
+    """Start values from which it moves by itself; None for a loop that was not identified from a record."""
 
     @property
     def dt(self) -> float:
@@ -185,7 +189,7 @@ def build_twin(diagnosis: Diagnosis, controller: PID | None = None) -> Twin:
     score = 1.0 - cycle_distance(measured, cycle)
     return Twin(
         loop, level, op, measured, cycle, score, fits=fits, reason=reason, unexplained=better.error, changes=changes,
-        inputs=inputs, overlay=overlay,
+        inputs=inputs, overlay=overlay, start=start_of_twin(loop, level, op, record, pv, measured),
     )  # fmt: skip
 
 

@@ -14,6 +14,7 @@ from stiction.errors import ParameterError, require_positive
 from stiction.export.relations import relations
 from stiction.export.syntax import Syntax
 from stiction.export.translate import Translator
+from stiction.export.twin_remarks import twin_remarks
 from stiction.export.values import Array, Settings, Struct, TranslationError, Value
 from stiction.export.variables import Variable, settings_of
 from stiction.models import Compensator, Loop, Valve, dispatch
@@ -94,6 +95,10 @@ class Block:
     """The state after a sample, in terms of the inputs and of the state ``s``."""
     results: tuple[str, ...] = ()
     """The outputs, in terms of the state ``s``."""
+    duration: float | None = None
+    """Length of the record of an identified loop [s]."""
+    remarks: tuple[str, ...] = ()
+    """What a user must know of an identified loop, one sentence each; part of the title."""
     refusals: list[tuple[str, str]] = field(default_factory=list)
     """Conditions on the settings under which the model cannot start, and what each is about."""
     translator: Translator = field(init=False)
@@ -197,13 +202,21 @@ def block_of(model: object, name: str | None, dt: float | None, language: str = 
 def _block_of_twin(model: Twin | Diagnosis, name: str, dt: float | None, language: str) -> Block:
     """The loop of a twin at its operating point; of a diagnosis with the intervals of S and J as ranges."""
     from stiction.compensation.twin import Twin, build_twin
+    from stiction.diagnosis import Diagnosis
 
     twin = model if isinstance(model, Twin) else build_twin(model)
     block = block_of(twin.loop, name, dt, language)
     at = {"pv_start": twin.sp, "op_start": twin.op, "sp": twin.sp}
+    if twin.start is not None:
+        start = twin.start
+        at |= {"pv_start": start.pv, "op_start": start.op, "position_offset": start.position - start.op}
+        block.duration = start.duration
     block.starts = tuple(replace(one, value=at.get(one.name, one.value)) for one in block.starts)
     block.inputs = tuple(replace(one, value=at.get(one.name, one.value)) for one in block.inputs)
-    block.title = f"Identified loop: {twin.reason}"
+    block.remarks = twin_remarks(twin, model if isinstance(model, Diagnosis) else None)
+    block.title = " ".join((f"Identified loop: {twin.reason}", *block.remarks))
+    if not twin.fits:
+        block.remarks = (twin.reason, *block.remarks)
     found = getattr(model, "identification", None)
     for name in ("S", "J"):
         low, high = (getattr(found, f"{name}_{end}", None) for end in ("low", "high"))

@@ -250,4 +250,5 @@ def _named_block(model: Any, name: str | Path | None, dt: float | None, language
 
 def _write(block: Block, contents: dict[Path, bytes], note: str = "") -> ExportedModel:
     write_files(contents)
+    note = " ".join(filter(None, (note, *block.remarks)))
     return ExportedModel(tuple(contents), block.name, block.dt, tuple(one.name for one in block.parameters), note)
