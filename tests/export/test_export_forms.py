@@ -68,6 +68,21 @@ def test_matlab_function_refuses_parameters(tmp_path):
     assert "S is out of its range: at least 0." in octave(tmp_path, script)
 
 
+@pytest.mark.parametrize(("file", "fitting"), [("my-valve.m", "my_valve.m"), ("3valve.m", "valve_3valve.m")])
+@pytest.mark.parametrize("name", [None, "kano"])
+def test_a_file_name_that_matlab_cannot_call_is_refused(file, fitting, name, tmp_path):
+    with pytest.raises(st.ParameterError, match=f"name the file {fitting}"):
+        st.export_matlab(st.Kano(5.0, 2.0), tmp_path / file, dt=1.0, name=name)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_c_start_takes_the_position_as_an_argument(tmp_path):
+    written = st.export_c(st.Kano(5.0, 2.0), tmp_path, dt=1.0)
+    assert written.parameters == ("S", "J")
+    assert "kano_start takes op, position." in written.summary()
+    assert "kano_start(kano_model *m, double op, double position)" in written.files[0].read_text()
+
+
 def test_modelica_block_calls_the_kernel(tmp_path):
     """The C in the annotation, called as Modelica calls it: the state of the model in an array of the caller."""
     require(shutil.which("gcc"), "no gcc on this machine")

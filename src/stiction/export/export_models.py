@@ -19,8 +19,12 @@ if TYPE_CHECKING:
     import os
 
     from stiction.export.block import Block
+    from stiction.export.variables import Variable
 
 __all__ = ["ExportedModel", "export_c", "export_fmu", "export_matlab", "export_modelica"]
+
+NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,47}")
+"""What C, Modelica, MATLAB and FMI take as the name of a model."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +37,7 @@ class ExportedModel(Result):
     >>> import stiction as st
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     st.export_c(st.Kano(5.0, 2.0), folder, dt=1.0).parameters
-    ('S', 'J', 'position_offset')
+    ('S', 'J')
     """
 
     _json_keys = ("files", "name", "dt as dt_s", "parameters", "note")
@@ -149,7 +153,9 @@ def export_c(
     if where.exists() and not where.is_dir():
         raise RecordError("is a file", remedy="give a folder for the header and the source", where=where)
     files = {ending: require_new_file(where / f"{block.name}{ending}", folder=False) for ending in (".h", ".c")}
-    return _write(block, {file: render(block, f"model{ending}").encode() for ending, file in files.items()})
+    arguments = ", ".join(argument for argument, _ in block.start_arguments)
+    contents = {file: render(block, f"model{ending}").encode() for ending, file in files.items()}
+    return _write(block, contents, f"{block.name}_start takes {arguments}.", block.settings)
 
 
 def export_modelica(
@@ -230,6 +236,12 @@ def export_matlab(
     ('amplitude', 'width', 'interval')
     """
     target = require_new_file(path)
+    if not NAME.fullmatch(target.stem):
+        fitting = re.sub(r"^(?=[^A-Za-z])", "valve_", re.sub(r"[^A-Za-z0-9_]", "_", target.stem))[:48]
+        raise ParameterError(
+            f"{target.name}: MATLAB calls a function by the name of its file, and {target.stem!r} is no name in MATLAB",
+            remedy=f"name the file {fitting}.m",
+        )
     block = _named_block(model, name or target, dt, "MATLAB")
     return _write(block, {target: render(block, "model.m").encode()})
 
@@ -238,7 +250,7 @@ def _named_block(model: Any, name: str | Path | None, dt: float | None, language
     """The block of a model; a path gives it its name. Refuses a name that C, Modelica, MATLAB or FMI cannot use."""
     if isinstance(name, Path):
         name = re.sub(r"\W", "_", name.stem)
-    if name is not None and not (isinstance(name, str) and re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,47}", name)):
+    if name is not None and not (isinstance(name, str) and NAME.fullmatch(name)):
         raise ParameterError(
             f"name = {name!r} is not a name for a model",
             remedy="give a letter and then letters, digits or _, 48 at most; a file's name must be one, or give `name`",
@@ -248,7 +260,10 @@ def _named_block(model: Any, name: str | Path | None, dt: float | None, language
     return block_of(model, name, dt, language)
 
 
-def _write(block: Block, contents: dict[Path, bytes], note: str = "") -> ExportedModel:
+def _write(
+    block: Block, contents: dict[Path, bytes], note: str = "", settings: list[Variable] | None = None
+) -> ExportedModel:
     write_files(contents)
+    settings = block.parameters if settings is None else settings
     note = " ".join(filter(None, (note, *block.remarks)))
-    return ExportedModel(tuple(contents), block.name, block.dt, tuple(one.name for one in block.parameters), note)
+    return ExportedModel(tuple(contents), block.name, block.dt, tuple(one.name for one in settings), note)

@@ -24,7 +24,7 @@ def relations(translator: Translator, settings: Settings) -> list[tuple[str, str
     Returns
     -------
     list of tuple of str
-        Condition in the target language, and the text of the condition in Python.
+        Condition in the target language, and the condition in words.
     """
     found: list[tuple[str, str]] = []
     for kind in type(settings.model).__mro__:
@@ -32,6 +32,38 @@ def relations(translator: Translator, settings: Settings) -> list[tuple[str, str
             body = FunctionBody(translator, vars(kind)["__post_init__"], [settings])
             _find_refusals(body, body.tree.body, found)
     return found
+
+
+WORDS = {
+    ast.Gt: "above", ast.Lt: "below", ast.GtE: "not below", ast.LtE: "not above", ast.Eq: "", ast.NotEq: "not",
+}  # fmt: skip
+"""Comparison -> what stands after "is"."""
+
+
+def _in_words(body: FunctionBody, node: ast.expr) -> str:
+    """A condition as a sentence without its full stop, such as "sj is above 2 sb"."""
+    match node:
+        case ast.UnaryOp(ast.Not(), ast.Compare(low, [ast.LtE(), ast.LtE()], [middle, high])):
+            low, middle, high = (_in_words(body, one) for one in (low, middle, high))
+            return f"{middle} is not between {low} and {high}"
+        case ast.Compare(left, [kind], [right]) if type(kind) in WORDS:
+            return " ".join(f"{_in_words(body, left)} is {WORDS[type(kind)]} {_in_words(body, right)}".split())
+        case ast.BoolOp(kind, parts):
+            return (" and " if isinstance(kind, ast.And) else " or ").join(_in_words(body, one) for one in parts)
+        case ast.BinOp(left, ast.Mult(), right):
+            # A factor that only widens a limit by a rounding error reads as 1.
+            factors = [text for text in (_in_words(body, left), _in_words(body, right)) if text != "1"]
+            return " ".join(factors) or "1"
+        case ast.Attribute(ast.Name(), name):
+            owner = body.value(node.value)
+            return f"{getattr(owner, 'prefix', '')}{name}"
+    if not any(isinstance(one, ast.Attribute) for one in ast.walk(node)):
+        known = body.value(node)
+        if isinstance(known, (int, float)):
+            return f"{known:g}"
+        if isinstance(known, str):
+            return known
+    return ast.unparse(node).replace("self.", "")
 
 
 def _find_refusals(body: FunctionBody, statements: Sequence[ast.stmt], found: list[tuple[str, str]]) -> None:
@@ -42,7 +74,7 @@ def _find_refusals(body: FunctionBody, statements: Sequence[ast.stmt], found: li
                 if not isinstance(test, Value):
                     _find_refusals(body, statement.body if test else statement.orelse, found)
                 elif isinstance(statement.body[-1], ast.Raise) and not body.lines:
-                    found.append((test.text, ast.unparse(statement.test).replace("self.", "")))
+                    found.append((test.text, _in_words(body, statement.test)))
             elif isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Call):
                 called = body.value(statement.value.func)
                 if inspect.isfunction(called):

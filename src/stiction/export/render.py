@@ -43,6 +43,7 @@ def render(block: Block, template: str, **more: Any) -> str:
     found = {
         **vars(block), **more, "version": __version__, "parameters": block.parameters, "in_header": header,
         "refusals": refusals(block), "misfit": len(refusals(block)) + 1, "memory_length": _memory_length(block),
+        "named": [_named_in(text, block) for _, text in refusals(block)],
         "start_names": [name for name, _ in block.start_arguments],
         "written_by": [
             block.title, f"Model: {block.source}",
@@ -77,9 +78,14 @@ def refusals(block: Block) -> list[tuple[str, str]]:
         found.append((syntax.write("or").join(tests), text))
     own, given = syntax.write("parameter", "self", ""), syntax.write("member", "parameters.")
     return found + [
-        (test.replace(own, given), f"the parameters do not fit together: {text} is not allowed.")
-        for test, text in block.refusals
+        (test.replace(own, given), f"the parameters do not fit together: {text}.") for test, text in block.refusals
     ]
+
+
+def _named_in(text: str, block: Block) -> list[int]:
+    """Places of the settings that a text names."""
+    words = re.findall(r"\w+", text)
+    return [k for k, one in enumerate(block.settings) if one.name in words]
 
 
 def _memory_length(block: Block) -> int:

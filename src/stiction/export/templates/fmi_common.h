@@ -56,7 +56,9 @@ static void to_defaults(instance_t *c) {
 static int begin(instance_t *c) {
     int wrong = glue_start(&c->s.model, c->s.values);
     if (wrong) {
-        complain(c, glue_refusal(wrong));
+        char text[512];
+        glue_refusal(wrong, c->s.values, text, sizeof text);
+        complain(c, text);
         return 1;
     }
     glue_outputs(&c->s.model, c->s.values + FIRST_OUTPUT);

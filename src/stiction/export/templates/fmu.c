@@ -1,4 +1,5 @@
 #include "{{ name }}.c"
+#include <stdio.h>
 
 #define MODEL {{ name }}_model
 #define TOKEN "{{ token }}"
@@ -21,7 +22,22 @@ static int glue_start(MODEL *m, const double *v) {
     return {{ name }}_start(m, {{ start_arguments("v[{}]", "v[{}]", parameters | length) | join(", ") }});
 }
 
-static const char *glue_refusal(int wrong) { return {{ name }}_refusal(wrong); }
+/* What is wrong, in words, and the values that were given. */
+static void glue_refusal(int wrong, const double *v, char *text, size_t size) {
+    size_t used = (size_t)snprintf(text, size, "%s", {{ name }}_refusal(wrong));
+    (void)v;
+    if (used >= size) return;
+    switch (wrong) {
+{% for places in named %}
+{% if places %}
+    case {{ loop.index }}:
+        snprintf(text + used, size - used, " Given: {% for k in places %}{{ settings[k].name }} = %.6g{{ ", " if not loop.last }}{% endfor %}."{% for k in places %}, v[{{ k }}]{% endfor %});
+        break;
+{% endif %}
+{% endfor %}
+    default: break;
+    }
+}
 
 static void glue_step(MODEL *m, const double *u) { {{ name }}_step(m, {% for _ in inputs %}u[{{ loop.index0 }}]{{ ", " if not loop.last }}{% endfor %}); }
 
