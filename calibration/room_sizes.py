@@ -18,7 +18,7 @@ LIMITS = {
     ".": {"lines": 75000},
     "apps": {"lines": 9800},
     "compensation": {"lines": 3800},
-    "diagnosis": {"code": 5800, "lines": 10200, "numbers": 280},
+    "diagnosis": {"code": 6000, "lines": 10500, "numbers": 280},
     "diagnosis/evidence": {"code": 780},
     "diagnosis/identification": {"code": 2500, "files": 26},
     "diagnosis/verdict": {"code": 1150},

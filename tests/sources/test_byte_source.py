@@ -23,6 +23,7 @@ from stiction.errors import RecordError
 from stiction.scratch import OWNER_LOCK, RUN_VARIABLE
 from stiction.sources.byte_source import HEAD_BYTES, open_sources
 from stiction.sources.options import ReadOptions
+from stiction.sources.read import read
 
 TEXT = b"time_s,PV,OP\n" + b"".join(b"%d,%d,%d\n" % (k, 50 + k % 7, k * k % 101) for k in range(3000))
 ZEROS = b"0" * 50_000_000
@@ -236,3 +237,16 @@ def test_a_damaged_archive_is_refused_or_gives_the_bytes(pack, place, flip, cut)
             assert sources[0].path.read_bytes() == TEXT
         for source in sources:
             source.scratch.delete()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="file names are bytes only there")
+def test_file_whose_name_is_not_utf8_is_read(tmp_path):
+    lines = ["time_s,pv,op", *(f"{k},{50 + k % 5},{40 + k % 7}" for k in range(60))]
+    path = os.fsdecode(os.fsencode(tmp_path) + b"/K\xfchlung.csv")
+    with open(path, "w", encoding="utf-8") as file:
+        file.write("\n".join(lines))
+    for source in (path, tmp_path):
+        [record] = read(source)
+        assert len(record) == 60
+        assert record.tag == r"K\xfchlung"
+        assert record.provenance.source.encode().endswith(rb"K\xfchlung.csv")

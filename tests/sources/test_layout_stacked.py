@@ -134,3 +134,27 @@ def test_a_loop_with_few_rows_is_left_out_and_reported():
     columns = columns_of("\n".join(["Tag,Time,PV,OP", *rows]) + "\n")
     assert list(columns) == ["FIC-1.PV", "FIC-1.OP"]
     assert any("fewer than 10 rows: LIC-2." in note for note in columns["FIC-1.PV"].table.notes)
+
+
+@pytest.mark.parametrize("names", [("A", "B"), ("1", "2")])
+@pytest.mark.parametrize("in_blocks", [False, True])
+def test_column_that_makes_the_times_single_splits_the_loops_whatever_its_heading(names, in_blocks):
+    pairs = [(k, n) for k in range(N) for n in (0, 1)]
+    if in_blocks:
+        pairs.sort(key=lambda pair: pair[1])
+    rows = [f"{stamp(k)},{names[n]},{PV[k] - 100 * n:.3f},{OP[k]}" for k, n in pairs]
+    columns = columns_of("\n".join(["time,train,pv,op", *rows]))
+    assert set(columns) == {f"{name}.{role}" for name in names for role in ("pv", "op")}
+    np.testing.assert_allclose(values(columns[f"{names[1]}.pv"]), PV - 100, atol=1e-9)
+    assert columns[f"{names[0]}.pv"].clock.stamps.seconds[1] == ZERO + 1.0
+
+
+def test_two_columns_together_tell_the_loops_apart():
+    rows = [f"{stamp(k)},{u},{i},{PV[k]},{OP[k]}" for k in range(N) for u, i in (("N", "x"), ("N", "y"), ("S", "x"))]
+    columns = columns_of("\n".join(["time,plant,place,pv,op", *rows]))
+    assert {name.rpartition(".")[0] for name in columns} == {"N.x", "N.y", "S.x"}
+
+
+def test_two_rows_of_each_second_of_one_loop_stay_one_loop():
+    rows = [f"{stamp(k // 2)},{k % 7},{PV[k]},{OP[k]}" for k in range(N)]
+    assert set(columns_of("\n".join(["time,shift,pv,op", *rows]))) == {"shift", "pv", "op"}

@@ -54,16 +54,17 @@ def picture_group(audit: Audit, group: dict[str, Any], max_loops: int = 12) -> G
     `audit`: the audit. `group`: one of its groups. `max_loops`: largest number of loops that are drawn [-].
     """
     signal_of = {one["tag"]: one["signal"] for one in group["member_details"]}
-    tags = [tag for tag in group["members"] if tag in audit.signal_parts][:max_loops]
+    tags = [tag for tag in group["members"] if tag in audit.signal_parts]
     parts = {number: part for number, part in (audit.signal_parts[tag] for tag in tags) if part}
     means, period = read_signals(audit.signals_folder, parts), group["period_s"]
-    shown_s, trends, spectra, since = 0.0, {}, {}, {}
+    shown_s, trends, spectra, since = 0.0, {}, {}, dict.fromkeys(group["members"], "")
     for tag in tags:
         one = means.get(audit.signal_parts[tag][0])
         if one is None:
             continue
         x, dt = signal_at(one, period, signal_of[tag])
-        if x.size < MIN_BLOCKS or not np.ptp(x) > 0.0:
+        since[tag] = _since(swing_begin(one, period, signal_of[tag]), one.clock.start)
+        if x.size < MIN_BLOCKS or not np.ptp(x) > 0.0 or len(trends) == max_loops:
             continue
         x = x.astype(np.float64) * (1.0 if signal_of[tag] == "op" else -1.0)
         count = min(x.size, max(MIN_BLOCKS, round(PERIODS * period / dt)))
@@ -72,7 +73,6 @@ def picture_group(audit: Audit, group: dict[str, Any], max_loops: int = 12) -> G
         chosen, shown_s = downsample(part, TREND_POINTS), count * dt
         trends[tag] = (chosen / max(count - 1, 1), (part[chosen] - part.mean()) / (np.ptp(part) or 1.0))
         spectra[tag] = _spectrum(x, dt, period)
-        since[tag] = _since(swing_begin(one, period, signal_of[tag]), one.clock.start)
     return GroupPicture(shown_s, trends, spectra, since, len(group["members"]) - len(trends))
 
 

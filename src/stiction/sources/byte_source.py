@@ -68,17 +68,22 @@ def open_sources(path: str | os.PathLike[str] | BinaryIO, options: ReadOptions) 
 def _store(path: str | os.PathLike[str] | BinaryIO, max_bytes: int, scratch: ScratchFolder) -> ByteSource:
     """Measure a file where it is, or copy a stream into the scratch folder."""
     file, name = _open_file(path)
+    shown = name.encode("utf-8", "surrogateescape").decode("utf-8", "backslashreplace")
     stem = "stream" if name == "stream" else Path(name).stem
     is_path = isinstance(path, (str, os.PathLike)) and os.fspath(path) != "-"
     if is_path and Path(name).is_file():
         with file:
             size = _check_file(file, name, max_bytes)
         stored, digest = Path(name), None
+        if shown != name:  # no UTF-8: a name that polars and the other readers do not take
+            stored = scratch.path() / f"source{Path(shown).suffix}"
+            stored.symlink_to(Path(name).absolute())
+            stem = Path(shown).stem
     else:
         stored = scratch.path() / "source"
         with open(stored, "wb") as copy:
             size, digest = _copy(file, name, max_bytes, copy)
-    origin = Origin(name, stem, lambda: digest or _file_digest(stored, size))
+    origin = Origin(shown, stem, lambda: digest or _file_digest(stored, size))
     return ByteSource(origin, stored, _read_head(stored), size, max_bytes, scratch)
 
 
