@@ -51,8 +51,7 @@ def start_of_twin(
     deviation = pv[:n] - (level if record.sp is None else record.sp[:n])
     far = int(np.nanargmax(np.where(np.isfinite(record.op[:n]), np.abs(deviation), np.nan)))
     pv_start, op_start = level + float(deviation[far]), float(record.op[far])
-    gain = loop.process.num[-1] / loop.process.den[-1] if _has_gain(loop) else np.inf
-    position = op + float(deviation[far] / gain)
+    position = op + float(deviation[far] / _gain(loop))
     periods = SETTLING_PERIODS + MEASURED_PERIODS
     quiet = replace_parts(loop, noise=0.0)
     run = simulate(
@@ -65,7 +64,9 @@ def start_of_twin(
     return TwinStart(pv_start, op_start, position, record.dt * pv.size, cycle)
 
 
-def _has_gain(loop: Loop) -> bool:
-    """Whether the process comes to rest at a PV that depends on the stem position."""
+def _gain(loop: Loop) -> float:
+    """Change of PV at rest over that of the stem position [PV units per % of span]; infinite where there is none."""
     process = loop.process
-    return isinstance(process, TransferFunction) and bool(process.den[-1] != 0.0 and process.num[-1] != 0.0)
+    if not isinstance(process, TransferFunction) or process.den[-1] == 0.0 or process.num[-1] == 0.0:
+        return float("inf")
+    return float(process.num[-1] / process.den[-1])
