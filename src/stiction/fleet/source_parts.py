@@ -42,6 +42,7 @@ class SourcePart:
 
         is_url = is_database_url(self.names[0]) or is_historian_url(self.names[0])
         first = show_url(self.names[0]) if is_url else Path(self.names[0]).name
+        first = first.encode("utf-8", "surrogateescape").decode("utf-8", "backslashreplace")
         return first if len(self.names) == 1 else f"{first} and {len(self.names) - 1} more"
 
     def open(self) -> Loops:
