@@ -11,6 +11,7 @@ from pathlib import Path
 from stiction.errors import RecordError
 
 __all__ = [
+    "may_write",
     "output_path",
     "require_file_path",
     "require_new_file",
@@ -19,6 +20,12 @@ __all__ = [
     "write_atomically",
     "write_files",
 ]
+
+
+def may_write(folder: Path) -> bool:
+    """Whether files can be written in a folder; where it does not exist, in the nearest one above."""
+    nearest = next(path for path in (folder, *folder.absolute().parents) if path.exists())
+    return os.access(nearest, os.W_OK)
 
 
 def output_path(path: str | os.PathLike[str]) -> Path:

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from contextlib import closing
+from pathlib import Path
 
 import pytest
 
@@ -231,3 +232,20 @@ def test_demo_plant(run, folder, audit_in_process):
     for row in followers.values():
         assert row.next_step == row.action == f"Look again after {row.follows} was put right."
     assert (folder / "stiction-plant" / "audit" / "index.html").is_file()
+
+
+def test_audit_that_cannot_be_written_to_is_shown(run, folder, audit_in_process, monkeypatch):
+    write_plant(folder / "plant.parquet", 2)
+    code = run("audit", "plant.parquet", "--out", "audit", "--workers", "1", "--pages", "0").code
+    before = {path: path.stat().st_mtime_ns for path in (folder / "audit").rglob("*") if path.is_file()}
+    access = os.access
+    monkeypatch.setattr(os, "access", lambda path, mode: "audit" not in Path(path).parts and access(path, mode))
+    shown = run("audit", "--out", "audit")
+    assert (shown.code, shown.err) == (code, "")
+    assert "audit cannot be written to: the files in it stay as they are." in shown.out
+    listed = run("worklist", "audit")
+    assert listed.code == 1
+    assert "Give --out FOLDER" in listed.out
+    assert {path: path.stat().st_mtime_ns for path in before} == before
+    assert run("worklist", "audit", "--out", "list").code == 1
+    assert (folder / "list" / "worklist.xlsx").is_file()

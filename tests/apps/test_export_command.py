@@ -76,3 +76,14 @@ def test_twin_of_a_recorded_loop(sticky_file, tmp_path, capsys):
     # An existing file is refused before the work.
     assert main(["diagnose", str(sticky_file), "--no-report", "--export-twin", str(twin)]) == 3
     assert "exists and is not replaced" in capsys.readouterr().err
+
+
+def test_twin_of_several_loops_is_refused_before_the_diagnosis(sticky_file, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("stiction.diagnose", lambda *_, **__: pytest.fail("diagnosed"))
+    folder = tmp_path / "two"
+    folder.mkdir()
+    text = sticky_file.read_text()
+    for tag in ("FIC-101", "FIC-102"):
+        (folder / f"{tag}.csv").write_text(text.replace("FIC-101", tag))
+    assert main(["diagnose", str(folder), "--no-report", "--export-twin", str(tmp_path / "x.fmu")]) == 2
+    assert "--tag" in capsys.readouterr().err

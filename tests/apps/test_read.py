@@ -90,7 +90,7 @@ def test_a_map_is_written_edited_and_read_back(run, plant, folder):
         (["plant.csv", "--table", "trend"], 2, "can be used only with a database"),
         (["plant.csv", "--max-bytes", "100"], 3, "--max-bytes"),
         (["plant.csv", "--timezone", "Mars"], 2, "'Mars' is unknown"),
-        (["plant.csv", "nothing.csv", "--out", "loops.parquet"], 3, "nothing.csv: no such file"),
+        (["nothing.csv", "--out", "loops.parquet"], 3, "nothing.csv: no such file"),
         (["plant.csv", "--tag", "FIC-9"], 3, "FIC-9"),
         (["sqlite:///none.db", "--table", "trend"], 3, "none.db"),
         (["postgresql+psycopg://ana:s3cret@127.0.0.1:1/plant", "--table", "trend"], 3, "ana:***@127.0.0.1"),
@@ -107,6 +107,18 @@ def test_a_problem_is_one_sentence_and_nothing_is_written(argv, code, says, run,
     assert "s3cret" not in done.err + done.out
     assert "max_bytes=" not in done.err
     assert {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()} == before
+
+
+def test_files_that_cannot_be_read_are_named_beside_the_others(run, plant, folder):
+    (folder / "notes.csv").write_text("my,notes\n")
+    done = run("read", ".", "--write-map", "map.csv", "--out", "loops.parquet")
+    assert done.code == 0
+    assert "2 loops read" in done.out
+    assert "Not read: " in done.err
+    assert "notes.csv" in done.err
+    rows = list(csv.DictReader((folder / "map.csv").open(encoding="utf-8")))
+    assert {row["loop"] for row in rows} == {"FIC-1", "LIC-2"}
+    assert [record.tag for record in read("loops.parquet")] == ["FIC-1", "LIC-2"]
 
 
 def write_one_file_per_tag(folder):

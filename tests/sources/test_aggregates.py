@@ -182,3 +182,12 @@ def test_a_unit_that_changes_is_converted(unit, other, factor, tmp_path):
     unknown = [line.replace(other, "widgets/h") for line in lines]
     with pytest.raises(RecordError, match=r"FIC1.PV: mixes units .*widgets/h"):
         read(tmp_path, unknown)
+
+
+def test_value_between_minimum_and_maximum_is_the_average(tmp_path):
+    lines = ["tag,time,minimum,value,maximum"]
+    for tag, y in (("FIC1.PV", PV), ("FIC1.OP", OP)):
+        lines += rows([tag] * N, STAMPS, y - 0.7, y, y + 2.9)
+    [record] = read(tmp_path, lines)
+    np.testing.assert_allclose(record.pv, PV)
+    np.testing.assert_allclose(record.op, OP)

@@ -20,6 +20,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stiction.errors import RecordError
+from stiction.fleet.source_parts import SourcePart
 from stiction.scratch import OWNER_LOCK, RUN_VARIABLE
 from stiction.sources.byte_source import HEAD_BYTES, open_sources
 from stiction.sources.options import ReadOptions
@@ -250,3 +251,8 @@ def test_file_whose_name_is_not_utf8_is_read(tmp_path):
         assert len(record) == 60
         assert record.tag == r"K\xfchlung"
         assert record.provenance.source.encode().endswith(rb"K\xfchlung.csv")
+
+
+def test_part_of_an_audit_shows_a_name_that_is_not_utf8():
+    name = b"K\xfchlung.csv".decode("utf-8", "surrogateescape")
+    assert SourcePart((name,), "{}").display_name == r"K\xfchlung.csv"

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import io
 from datetime import datetime, timedelta
 
 import numpy as np
 import pytest
 
 from stiction.errors import RecordError
+from stiction.sources.read import read
 
 START = datetime(2026, 2, 1, 10)
 
@@ -155,3 +157,24 @@ def test_columns_named_by_the_user_in_a_long_table(signals, read_text):
     [record] = read_text("\n".join(lines), columns={"time": "when", "pv": "flow", "op": "steam"})
     np.testing.assert_array_equal(record.pv, pv)
     np.testing.assert_array_equal(record.op, op)
+
+
+def _doubled(values):
+    rows = [
+        f"{role},2026-02-01 10:{k // 120:02}:{k // 2 % 60:02},{value}" for k in range(600) for role, value in values(k)
+    ]
+    return io.BytesIO("\n".join(["tag,time,value", *rows]).encode())
+
+
+def test_series_of_two_loops_under_one_name_are_refused_and_not_spread_over_the_second():
+    def values(k):
+        return [("FIC1.PV", 150 - 70 * (k % 2) + k % 5), ("FIC1.OP", 50 + k % 7)]
+
+    with pytest.raises(RecordError, match=r"FIC1\.PV has values of several levels at each time"):
+        read(_doubled(values))
+
+
+def test_two_samples_of_one_loop_at_each_stamp_are_spread():
+    noise = np.random.default_rng(3).normal(size=1200)
+    [record] = read(_doubled(lambda k: [("FIC1.PV", 50 + noise[k]), ("FIC1.OP", 50 + noise[-k])]))
+    assert record.dt == 0.5

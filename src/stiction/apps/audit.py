@@ -97,6 +97,7 @@ def audit(
         Write the page of the loop with this tag too. May be repeated.
     """
     from stiction.apps.output import print_err, print_json, print_out
+    from stiction.atomic_write import may_write
 
     reject_misplaced_options(sources, audit)
     if out is None:
@@ -117,13 +118,15 @@ def audit(
         from stiction.fleet import compare_audits
 
         changes = compare_audits(found, other)
-    files = write_results(found, changes, pages, page)
+    shown = f"{found.folder} cannot be written to: the files in it stay as they are."
+    if sources or may_write(found.folder):
+        files = write_results(found, changes, pages, page)
+        shown = f"Results:   {files}\nWork list: {found.folder / 'worklist' / 'index.html'}"
     if as_json:
         print_json(found.to_dict() | ({} if changes is None else {"changes": changes}))
     else:
         print_audit(found, changes)
-    show = print_err if as_json else print_out
-    show(f"Results:   {files}\nWork list: {found.folder / 'worklist' / 'index.html'}")
+    (print_err if as_json else print_out)(shown)
     counts = found.counts
     failed = counts["error"] + counts["timeout"] + counts["crashed"]
     if failed and failed == counts["loops"]:
@@ -269,7 +272,7 @@ def _print_not_judged(found: "Audit", *, max_tags: int = 10) -> None:
         if tags:
             more = f" and {len(tags) - max_tags} more" if len(tags) > max_tags else ""
             print_out(f"\n{what}: {', '.join(tags[:max_tags])}{more}")
-    failed = [row for row in found.not_judged if row.failed]
+    failed = [row for row in found.not_judged if row.failed or row.loop_state == "bad_data"]
     for row in failed[:max_tags]:
         print_out(f"{row.tag}: {row.reason}")
 

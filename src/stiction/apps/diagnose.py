@@ -158,6 +158,11 @@ def diagnose_files(
     loops, notes = group_by_loop(records)
     for note in notes:
         print_err(note)
+    if twin is not None and len(loops) > 1:
+        tag = loops[0].record.tag
+        raise ParameterError(
+            f"--export-twin writes one loop, but there are {len(loops)}; choose one by --tag, such as --tag {tag}."
+        )
 
     def judge(loop: LoopFiles) -> "Diagnosis":
         try:
@@ -197,6 +202,4 @@ def _export_twin(diagnoses: list["Diagnosis"], path: str) -> str:
     """Write the identified loop as an FMU; return what was written."""
     from stiction.export import export_fmu
 
-    if len(diagnoses) > 1:
-        raise ParameterError(f"--export-twin writes one loop, but {len(diagnoses)} were diagnosed; give one of them.")
     return export_fmu(diagnoses[0], path).summary()

@@ -30,7 +30,7 @@ def read(
 ) -> int:
     """Show what a source holds: loops, rows, sampling period, units, assumptions, bad values, gaps and unused columns.
 
-    Exit code 0, or 3 when a source could not be read; then nothing is written.
+    Exit code 0, or 3 when nothing could be read; then nothing is written. Files that could not be read are named.
 
     Parameters
     ----------
@@ -52,12 +52,12 @@ def read(
     from stiction.records import summarise
 
     contents = read_sources(sources, reading.arguments())
-    if write_map is not None and not any(loops.roles for loops in contents.loops) and not contents.failures:
+    if write_map is not None and not any(loops.roles for loops in contents.loops) and contents.records:
         raise RecordError(
             "the source contains loops that stiction stored, so there are no columns to map; leave --write-map out."
         )
     roles = [loop for loops in contents.loops for loop in loops.roles]
-    if "--write-map" in targets and not contents.failures:
+    if "--write-map" in targets and contents.records:
         _keep_edited_map(targets["--write-map"], roles)
     summary = summarise(contents.records)
     if as_json:
@@ -68,7 +68,10 @@ def read(
         for failure in contents.failures:
             if failure.fault is not None:
                 print_err(traceback_text(failure.fault))
-        raise _failure_error(contents.failures)
+        if not contents.records:
+            raise _failure_error(contents.failures)
+        for failure in contents.failures:
+            print_err(f"Not read: {failure.reason}")
     if "--out" in targets:
         from stiction.records.parquet_writer import to_parquet
 

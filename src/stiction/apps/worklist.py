@@ -63,6 +63,7 @@ def worklist(
         Print the items as JSON, and nothing else, on the output.
     """
     from stiction.apps.output import print_err, print_json, print_out
+    from stiction.atomic_write import may_write
     from stiction.fleet import open_audit, work_list
     from stiction.fleet.work_list_file import write_work_list_file
     from stiction.report.work_list_page import write_work_list_page
@@ -77,17 +78,19 @@ def worklist(
     folder = Path(out) if out else found.folder / "worklist"
     _require_own_folder(folder)
     items = work_list(found, other)
-    written = _write_orders(found, items, orders, folder)
-    table = write_work_list_file(items, folder / "worklist.xlsx")
-    page = write_work_list_page(found, items, written, folder / "index.html")
+    shown = [f"\n{folder} cannot be written to: page, Excel file and work orders were not written. Give --out FOLDER."]
+    if may_write(folder):
+        written = _write_orders(found, items, orders, folder)
+        table = write_work_list_file(items, folder / "worklist.xlsx")
+        page = write_work_list_page(found, items, written, folder / "index.html")
+        shown = [f"\nPage:   {page}\nExcel:  {table}"]
+        shown += [f"Orders: {folder / 'orders'} ({len(written)}, linked in the page)"] if written else []
     if as_json:
         print_json([item.to_dict() for item in items])
     else:
         _print_items(items)
-    show = print_err if as_json else print_out
-    show(f"\nPage:   {page}\nExcel:  {table}")
-    if written:
-        show(f"Orders: {folder / 'orders'} ({len(written)}, linked in the page)")
+    for text in shown:
+        (print_err if as_json else print_out)(text)
     return int(any(item.state == "open" for item in items))
 
 

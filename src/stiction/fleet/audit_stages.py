@@ -19,6 +19,7 @@ from stiction.fleet.ledger import ResultKey, StoredResult
 from stiction.fleet.loop_work import WorkSettings, cut_time
 from stiction.fleet.oscillation_groups import group_oscillations
 from stiction.fleet.progress import LoopRate, Progress
+from stiction.fleet.rank import is_judged
 from stiction.fleet.root_cause import LoopVerdict
 from stiction.fleet.signals import clock_from_dict, clock_to_dict, read_signals, remove_unused_parts, write_signals
 from stiction.fleet.source_parts import LoopPlace, place_to_dict, read_loop
@@ -225,9 +226,9 @@ class AuditStages:
         return common_clock(dated or records)
 
     def _oscillating(self) -> dict[int, StoredResult]:
-        """Results of the loops that oscillate and have block means."""
+        """Results of the loops that were judged, oscillate and have block means."""
         rows = {k: self.results[k] for k in self.places if k in self.results}
-        return {k: one for k, one in rows.items() if one.signals and one.row.oscillations}
+        return {k: one for k, one in rows.items() if one.signals and one.row.oscillations and is_judged(one.row)}
 
     def _means(self) -> dict[int, BlockMeans]:
         """Block means of the loops that oscillate, as far as their parts are sound."""

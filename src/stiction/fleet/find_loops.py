@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from stiction.errors import ParameterError, RecordError, Setting
 from stiction.fleet.database_parts import LOOPS_PER_PART, find_loops_of_table
+from stiction.fleet.folder import SETTINGS_FILE
 from stiction.fleet.source_parts import LoopPlace, SourcePart
 from stiction.sources import open_loops
 from stiction.sources.byte_source import list_files
@@ -78,13 +79,22 @@ def list_loop_places(
     databases = [source for source in sources if is_database_url(source)]
     historians = [source for source in sources if is_historian_url(source)]
     files = [one for one in sources if one not in (*databases, *historians)]
-    names = [name for one in files for name in list_files(one, subfolders=True)]
+    names = [name for one in files for name in _outside_audits(one, list_files(one, subfolders=True))]
     places = [place for url in databases for place in _places_in_database(url, options)]
     places += [place for url in historians for place in _places_in_historian(url, options, span)]
     if names:
         places += _places_in_files(list(dict.fromkeys(names)), options)
     secondaries = {place.master.casefold(): place.tag for place in places if place.master}
     return [replace(place, secondary=secondaries.get(place.tag.casefold(), "")) for place in places]
+
+
+def _outside_audits(source: str, names: list[str]) -> list[str]:
+    """Leave out the files of audits, whose results are no records."""
+    audits = {Path(name).parent for name in names if Path(name).name == SETTINGS_FILE}
+    left = [name for name in names if audits.isdisjoint(Path(name).parents)]
+    if not left:
+        raise RecordError("holds only an audit", remedy="give the folder of the records", where=source)
+    return left
 
 
 def choose_loops(places: list[LoopPlace], pattern: str | None) -> list[LoopPlace]:
@@ -107,9 +117,10 @@ def area_of_tag(tag: str) -> str:
 
     Examples
     --------
-    >>> [area_of_tag(tag) for tag in ("UNIT1/FIC-1009", "41-TIC-02", "P2.LIC7", "FIC-101")]
-    ['UNIT1', '41', 'P2', '']
+    >>> [area_of_tag(tag) for tag in ("UNIT1/FIC-1009", "41-TIC-02", "P2.LIC7", "FIC-101", "FIC-101 (a/b.csv)")]
+    ['UNIT1', '41', 'P2', '', '']
     """
+    tag = re.sub(r" \(.*\)( \d+)?$", "", tag)  # the file of a loop whose tag others have too
     found = re.match(r"(.+?)[/\\:.|]+[^/\\:.|]+", tag) or re.match(r"(\w+?)[-_][A-Za-z]+[-_ ]?\d", tag)
     return found[1] if found else ""
 

@@ -14,6 +14,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from stiction.atomic_write import may_write
 from stiction.errors import RecordError, Setting
 from stiction.file_lock import lock_file
 from stiction.fleet.labels import read_labels
@@ -43,8 +44,7 @@ def check_folder(folder: Path) -> None:
     """
     if folder.exists() and not folder.is_dir():
         raise RecordError("is a file", remedy=("give a folder for the results with ", Setting("out")), where=folder)
-    nearest = next(path for path in (folder, *folder.absolute().parents) if path.exists())
-    if not os.access(nearest, os.W_OK):
+    if not may_write(folder):
         raise RecordError(
             "cannot be written to", remedy=("give a folder that you may write to with ", Setting("out")), where=folder
         )

@@ -259,11 +259,12 @@ class LoopRow(Result, Mapping[str, Any]):
         sized = valve if has_size else None
         said = HEADLINES[state.state] if not state.in_control else FINDINGS[diagnosis.finding]
         waits = can_wait(diagnosis.finding, oscillating=diagnosis.oscillation.oscillating)
+        step = diagnosis.reason if state.state == "bad_data" else diagnosis.next_step or diagnosis.action
         lost = sum(one.end_s - one.start_s for one in state.stretches if one.state == "not_in_command")
         return replace(
             self._read_from(diagnosis=diagnosis, oscillation=known, valve=sized),
             finding_text=said,
-            next_step=NOTHING_NOW if waits else diagnosis.next_step or diagnosis.action or "Nothing to do now.",
+            next_step=NOTHING_NOW if waits else step or "Nothing to do now.",
             status="skipped" if state.state in RESTING_STATES else "diagnosed",
             not_in_command_share=min(1.0, lost / max(diagnosis.record.duration, 1e-9)),
             data_warnings=tuple(check.name for check in (*quality.rejections, *quality.warnings)),

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stiction.errors import RecordError
+from stiction.errors import RecordError, Setting
 from stiction.fleet.database_parts import find_table_state
 
 if TYPE_CHECKING:
@@ -42,6 +42,7 @@ class SourcePart:
 
         is_url = is_database_url(self.names[0]) or is_historian_url(self.names[0])
         first = show_url(self.names[0]) if is_url else Path(self.names[0]).name
+        first = first.encode("utf-8", "surrogateescape").decode("utf-8", "backslashreplace")
         return first if len(self.names) == 1 else f"{first} and {len(self.names) - 1} more"
 
     def open(self) -> Loops:
@@ -108,7 +109,7 @@ class LoopPlace:
 
 
 def read_loop(place: LoopPlace) -> LoopRecord:
-    """Read the record of one loop, under its tag of the audit.
+    """Read the record of one loop, under its tag of the audit; good codes that its file does not have do not count.
 
     Raises
     ------
@@ -117,11 +118,26 @@ def read_loop(place: LoopPlace) -> LoopRecord:
     """
     if place.failure:
         raise RecordError(place.failure)
-    loops = place.part.open()
-    record = loops.read_one(place.number if place.number >= 0 else _find_tag(loops, place))
+    try:
+        record = _read(place)
+    except RecordError as error:
+        options = json.loads(place.part.options)
+        codes = options.pop("good_codes", None)
+        if codes is None or not any(isinstance(part, Setting) and part.name == "good_codes" for part in error.args):
+            raise
+        note = f"None of the good codes {codes} is in {place.part.display_name}: read without them."
+        record = _read(replace(place, part=replace(place.part, options=json.dumps(options))))
+        origin = record.provenance
+        record = replace(record, provenance=replace(origin, assumptions=(*origin.assumptions, note)))
     if place.secondary:
         record = replace(record, provenance=replace(record.provenance, secondary_tag=place.secondary))
     return record if record.tag == place.tag else replace(record, tag=place.tag)
+
+
+def _read(place: LoopPlace) -> LoopRecord:
+    """Read the record of one loop, under the tag that its source gives it."""
+    loops = place.part.open()
+    return loops.read_one(place.number if place.number >= 0 else _find_tag(loops, place))
 
 
 def place_to_dict(place: LoopPlace) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiction.display.number_format import count_noun
-from stiction.errors import RecordError
+from stiction.errors import RecordError, Setting
 from stiction.records.quality.compression import is_stored_on_change
 from stiction.records.quality.quantisation import robust_range
 from stiction.records.record import LoopRecord, Provenance
@@ -20,6 +20,7 @@ from stiction.sources.signal_values import EmptySignalError, parse_signals, refu
 from stiction.sources.time.align import TagSeries, align_tags
 from stiction.sources.time.grid import Grid, regular_grid
 from stiction.sources.time.time_columns import missing_time_error
+from stiction.sources.time.time_order import has_two_levels
 from stiction.sources.values.bad_values import find_bad_values
 from stiction.sources.values.quality_codes import automatic_mask
 from stiction.sources.values.span import op_to_percent, position_to_percent
@@ -127,6 +128,8 @@ class RecordBuilder:
 
     def _sample(self, loop: LoopRoles, columns: dict[str, TagColumn], values: dict[str, NDArray]) -> _Sampled:
         """Put the signals on one even grid; also give the samples in automatic, those held, and those unchanged."""
+        if self.options.dt is None:
+            _refuse_two_levels(columns, values)
         clocks = {id(column.clock) for column in columns.values()}
         if len(clocks) > 1 or any(column.own_clock for column in columns.values()):
             return self._align(loop, columns, values)
@@ -205,6 +208,22 @@ class RecordBuilder:
         most = max(held.values())
         unchanged = most - max((n for role, n in held.items() if role not in changing), default=0)
         return replace(aligned, notes=notes), signals, auto, most, unchanged
+
+
+def _refuse_two_levels(columns: dict[str, TagColumn], values: dict[str, NDArray]) -> None:
+    """Raise a RecordError where the values of one time come from two levels, as the series of two loops do."""
+    for role, column in columns.items():
+        if column.clock is not None and has_two_levels(column.clock.stamps.seconds, values[role]):
+            raise RecordError(
+                f"{column_label(column)} has values of several levels at each time, as several loops under one name "
+                "have",
+                remedy=(
+                    "export the column that tells the loops apart, or one loop at a time; if it is one loop that is "
+                    "sampled several times at each stamp, give ",
+                    Setting("dt"),
+                ),
+                where=column.table.origin.name,
+            )  # fmt: skip
 
 
 def _relative_spread(column: TagColumn, averages: NDArray[np.float64]) -> float:

@@ -83,7 +83,7 @@ def _row(k: int, name: str, diagnosis: Diagnosis) -> list[Cell]:
         swing,
         Cell(data, mark=data_icon),
         Cell(sparkline(recent_swing(record.op, record.dt), "trend of OP", scale)),
-        Cell(diagnosis.action),
+        Cell(diagnosis.reason if diagnosis.loop_state.state == "bad_data" else diagnosis.action),
     ]
 
 

@@ -37,6 +37,9 @@ def take_averages(table: RawTable, options: ReadOptions) -> RawTable:
     for i, (base, kind) in enumerate(split):
         if kind and (parse_role(base) or not base or normalise_name(base) in VALUE_WORDS):
             groups.setdefault(base.upper(), {}).setdefault(kind, i)
+    values = [i for i, (base, kind) in enumerate(split) if not kind and normalise_name(base) in VALUE_WORDS]
+    if len(values) == 1 and {"minimum", "maximum"} <= groups.get("", {}).keys():  # minimum, value, maximum
+        groups[""].setdefault("average", values[0])
     # A base that is blank is the value of a long table.
     groups = {base: kinds for base, kinds in groups.items() if (base and base in plain) or _source(kinds)}
     given = {str(column).strip().upper() for column in options.columns.values()}

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "MAX_SHARED_STAMPS",
+    "has_two_levels",
     "is_newest_first",
     "shortest_number",
     "sort_by_time",
@@ -194,6 +195,25 @@ def _even_times_with_gaps(seconds: NDArray, resolution: float, dt: float) -> NDA
     low, high = off.max() - 0.5 * resolution, off.min() + 0.5 * resolution
     middle = 0.5 * (low + high)
     return (round(middle) if low <= round(middle) <= high else middle) + dt * place
+
+
+def has_two_levels(seconds: NDArray[np.float64], values: NDArray[np.float64], *, max_rows: int = 4) -> bool:
+    """Whether the rows of one time, two to `max_rows`, come from several levels: series of other loops, not samples.
+
+    The range within a time is five times what its least and its largest value change to the next time; of noise it is
+    at most about three times as much.
+    """
+    known = np.isfinite(seconds) & np.isfinite(values)
+    order = np.argsort(seconds[known], kind="stable")
+    seconds, values = seconds[known][order], values[known][order]
+    first = np.flatnonzero(np.diff(seconds, prepend=np.nan) != 0.0)
+    counts = np.diff(first, append=seconds.size)
+    extent = np.maximum.reduceat(order, first) - np.minimum.reduceat(order, first) if first.size else first
+    if first.size < 10 or not 2 <= np.median(counts) <= max_rows or np.mean(extent == counts - 1) < 0.9:
+        return False  # the same time twice in a file is a clock set back
+    least, largest = np.minimum.reduceat(values, first), np.maximum.reduceat(values, first)
+    change = max(float(np.median(np.abs(np.diff(limit)))) for limit in (least, largest))
+    return float(np.median(largest - least)) > 5.0 * change
 
 
 def shortest_number(value: float, near: float) -> float:
