@@ -73,8 +73,8 @@ validate: $(VENV)/.ready-test
 	$(BIN)/python -m calibration.feature_table --chunks 500 --seed 8 --jobs $(WORKERS) --out $(TABLES)/fresh.parquet
 	$(BIN)/python -m calibration.feature_table --sets second --chunks 480 --seed 5 --jobs $(WORKERS) --out $(TABLES)/second.parquet
 	if [ -f "$(RECORDS)/labels.csv" ]; then $(BIN)/python -m calibration.feature_table --recorded "$(RECORDS)" --out $(TABLES)/recorded.parquet; fi
-	$(BIN)/python -m calibration.feature_table --sets kinds --chunks 15 --seed 41 --jobs $(WORKERS) --out $(TABLES)/kinds-fresh.parquet
-	$(BIN)/python -m calibration.feature_table --sets second_kinds --chunks 12 --seed 42 --jobs $(WORKERS) --out $(TABLES)/kinds-second.parquet
+	$(BIN)/python -m calibration.feature_table --sets kinds --chunks 150 --seed 41 --jobs $(WORKERS) --out $(TABLES)/kinds-fresh.parquet
+	$(BIN)/python -m calibration.feature_table --sets second_kinds --chunks 150 --seed 42 --jobs $(WORKERS) --out $(TABLES)/kinds-second.parquet
 	$(BIN)/python -m calibration.validate --first $(TABLES)/fresh.parquet --second $(TABLES)/second.parquet --recorded $(TABLES)/recorded.parquet --kinds $(TABLES)/kinds-fresh.parquet --second-kinds $(TABLES)/kinds-second.parquet
 	$(BIN)/python -m calibration.history_table --simulator first --histories 400 --seed 43 --jobs $(WORKERS) --out $(TABLES)/histories-first.parquet
 	$(BIN)/python -m calibration.history_table --simulator second --histories 400 --seed 44 --jobs $(WORKERS) --out $(TABLES)/histories-second.parquet

@@ -20,7 +20,6 @@ from stiction.fleet.labels import append_label
 from stiction.fleet.loop_work import cut_time
 from stiction.fleet.progress import LoopRate
 from stiction.fleet.rank import rank_members, rank_row, rank_rows
-from stiction.fleet.source_parts import read_loop
 from stiction.records.parquet_writer import to_parquet
 from stiction.report import write_audit_page
 from stiction.report.group_picture import picture_group
@@ -343,21 +342,6 @@ def test_pattern_map_and_places(plant, tmp_path):
     row = st.audit(csv, tmp_path / "audit", map=mapping, workers=1).rows[0]
     assert row["importance"] == 2.5
     assert row["priority"] == pytest.approx(2.5 * row["severity"] * row["confidence"])
-
-
-def test_given_codes_count_in_the_files_that_have_them_and_audits_are_no_sources(tmp_path):
-    (tmp_path / "old").mkdir()
-    (tmp_path / "old" / "audit.toml").write_text("format = 1")
-    for name, good in (("a", 192), ("b", 77), ("old/c", 192)):
-        rows = [f"{k},{k % 7},{0 if k % 50 > 40 else good},{k % 9}" for k in range(200)]
-        (tmp_path / f"{name}.csv").write_text("\n".join([f"t,{name}.PV,{name}.PV.Quality,{name}.OP", *rows, ""]))
-    places = find_loop_places([str(tmp_path)], {"good_codes": "77"})
-    assert [place.tag for place in places] == ["a", "b"]
-    known, given = map(read_loop, places)
-    assert np.isnan(known.pv).sum() == np.isnan(given.pv).sum() == 36
-    assert "None of the good codes 77" in " ".join(known.provenance.assumptions)
-    with pytest.raises(RecordError, match="holds only an audit"):
-        find_loop_places([str(tmp_path / "old")], {})
 
 
 def with_row(audit, tag, **values):
