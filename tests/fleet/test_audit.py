@@ -22,7 +22,6 @@ from stiction.fleet.progress import LoopRate
 from stiction.fleet.rank import rank_members, rank_row, rank_rows
 from stiction.records.parquet_writer import to_parquet
 from stiction.report import write_audit_page
-from stiction.report.group_picture import picture_group
 
 pytestmark = pytest.mark.usefixtures("audit_in_process")
 
@@ -309,23 +308,6 @@ def test_cascade_and_connections_reach_the_ranking_of_sources(tmp_path):
     parts = {root["tag"]: {one["name"]: one["value"] for one in root["parts"]} for root in group["roots"]}
     assert {tag: part["cascade"] for tag, part in parts.items()} == {"FIC-1": 1.0, "TIC-1": -1.0, "LIC-9": 0.0}
     assert {tag: part["reach"] for tag, part in parts.items()} == {"FIC-1": 0.5, "TIC-1": 0.0, "LIC-9": 0.0}
-
-
-def test_a_group_of_more_loops_than_are_drawn_has_its_page(tmp_path):
-    rng = np.random.default_rng(0)
-    phase = np.cumsum(2 * np.pi / 40 * (1.0 + 0.2 * rng.standard_normal(3000)))
-    columns = {"t": np.arange(3000)}
-    for k in range(14):
-        pv = np.sin(phase) + rng.normal(0.0, 0.1, 3000)
-        columns |= {f"FIC-{k}.OP": 50.0 - 2.0 * pv, f"FIC-{k}.PV": pv}
-    pl.DataFrame(columns).write_csv(tmp_path / "plant.csv")
-    found = st.audit(tmp_path / "plant.csv", tmp_path / "audit", workers=1)
-    [group] = found.groups
-    assert len(group["members"]) == 14
-    assert write_audit_page(found).is_file()
-    picture = picture_group(found, group)
-    assert (len(picture.trends), picture.left_out) == (12, 2)
-    assert picture.since.keys() == set(group["members"])
 
 
 def test_pattern_map_and_places(plant, tmp_path):
