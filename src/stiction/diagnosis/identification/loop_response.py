@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiction.diagnosis.identification.op_answer import OpAnswer, answers, find_answer
+from stiction.diagnosis.identification.op_answer import OpAnswer, find_answers
 from stiction.diagnosis.identification.process_fit import FittedProcess, simulate_process
 from stiction.diagnosis.identification.stems import as_valve_arrays, valve_positions
 
@@ -158,11 +158,10 @@ class _Blocks:
         error = max(float(self.target @ self.target - weights @ self.right[used]), 1e-9 * n)
         return _Fit(weights / size, inverse * (error / n) / np.outer(size, size), error, n)
 
-    def answer(self, tried: NDArray[np.float64], action: float, *parts: NDArray[np.int64]) -> OpAnswer:
-        """Evidence of an answer of PV to OP beside some of the rows."""
+    def orthonormal(self, *parts: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Orthonormal rows that span some of the rows."""
         used = np.concatenate(parts)
-        known = np.linalg.solve(np.linalg.cholesky(self.squares[np.ix_(used, used)]), self.rows[used])
-        return find_answer(tried, self.target, known, action)
+        return np.linalg.solve(np.linalg.cholesky(self.squares[np.ix_(used, used)]), self.rows[used])
 
 
 def _peaks(pv: NDArray[np.float64]) -> list[float]:
@@ -209,23 +208,16 @@ def fit_response(
     sign = controller.action
     stem = _stem_evidence(blocks, beside)
     wave, inlet = _main_wave(blocks, beside)
-    tried = answers(blocks.op, blocks.first)
+    moved = blocks.means(sp, blocks.pv.size)[0] if sp is not None and float(np.ptp(sp)) > 0.0 else None
+    known = blocks.orthonormal(blocks.own, blocks.waves), blocks.orthonormal(blocks.own)
+    answers = find_answers(blocks.op, moved, blocks.target, known, blocks.first, sign)
     return LoopResponse(
-        effect, gain * sign if sign else math.nan, _criterion(own, plain, OP_LAGS),
-        blocks.answer(tried, sign, blocks.own, blocks.waves), blocks.answer(tried, sign, blocks.own),
-        _sp_answer(blocks, sp), _margin(blocks, plain, controller, dt),
+        effect, gain * sign if sign else math.nan, _criterion(own, plain, OP_LAGS), *answers,
+        _margin(blocks, plain, controller, dt),
         stem_for_op=stem[0], stem_beside_op=stem[1], stem_gain=stem[2] * sign if sign else math.nan,
         wave_effect=_criterion(plain, beside, blocks.waves.size), wave_over_op=wave, load_size=inlet,
         evidence=_predicted_evidence(blocks, op, found.linear, dt, beside),
     )  # fmt: skip
-
-
-def _sp_answer(blocks: _Blocks, sp: NDArray[np.float64] | None) -> float:
-    """Evidence of an answer of PV to SP: only where the stem moves does PV follow [-]."""
-    if sp is None or not float(np.ptp(sp)) > 0.0:
-        return 0.0
-    tried = answers(blocks.means(sp, blocks.pv.size)[0], blocks.first)
-    return blocks.answer(tried, 1.0, blocks.own, blocks.waves)[0]
 
 
 def _criterion(without: _Fit, with_it: _Fit, count: int) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["OpAnswer", "answers", "find_answer"]
+__all__ = ["OpAnswer", "answers", "find_answer", "find_answers"]
 
 LAGS, DELAYS = (0.0, 2.0, 5.0, 12.0, 30.0), (1, 2, 3, 5, 8, 12)
 """Time constants and dead times of the answers [samples]."""
@@ -22,6 +22,24 @@ MIN_OWN = 1e-6
 OpAnswer = tuple[float, float]
 """Twice the log likelihood ratio of the best answer with the sign that the controller expects, and of the best one with
 the other sign, over none [-]. A stem that does not move has either by chance."""
+
+
+def find_answers(
+    op: NDArray[np.float64],
+    sp: NDArray[np.float64] | None,
+    target: NDArray[np.float64],
+    known: tuple[NDArray[np.float64], NDArray[np.float64]],
+    first: int,
+    action: float,
+) -> tuple[OpAnswer, OpAnswer, float]:
+    """Find the answers of PV to OP beside each of two sets of orthonormal rows, and to SP beside the first set.
+
+    `target` is PV from sample `first` of `op` and `sp` on, `known` the two sets, `action` as for `find_answer`. Only
+    where the stem moves does PV follow SP; the answer to it is 0 where `sp` is None.
+    """
+    tried = answers(op, first)
+    beside, plain = (find_answer(tried, target, rows, action) for rows in known)
+    return beside, plain, 0.0 if sp is None else find_answer(answers(sp, first), target, known[0], 1.0)[0]
 
 
 def answers(op: NDArray[np.float64], first: int) -> NDArray[np.float64]:
