@@ -226,9 +226,9 @@ class AuditStages:
         return common_clock(dated or records)
 
     def _oscillating(self) -> dict[int, StoredResult]:
-        """Results of the loops that were judged, oscillate and have block means."""
+        """Results of the loops that oscillate and have block means."""
         rows = {k: self.results[k] for k in self.places if k in self.results}
-        return {k: one for k, one in rows.items() if one.signals and one.row.oscillations and is_judged(one.row)}
+        return {k: one for k, one in rows.items() if one.signals and one.row.oscillations}
 
     def _means(self) -> dict[int, BlockMeans]:
         """Block means of the loops that oscillate, as far as their parts are sound."""
@@ -236,7 +236,7 @@ class AuditStages:
 
     def _group(self, means: dict[int, BlockMeans]) -> list[dict[str, Any]]:
         """Groups of the loops that oscillate, from their block means."""
-        chosen = {k: one for k, one in self._oscillating().items() if k in means}
+        chosen = {k: one for k, one in self._oscillating().items() if k in means and is_judged(one.row)}
         self._report("group", 0, len(chosen))
         if len(chosen) < 2:
             return []

@@ -150,7 +150,7 @@ def test_a_loop_that_cannot_be_made_says_what_to_move(values: dict[str, object],
 
 def test_a_slow_process_and_a_long_record_are_simulated() -> None:
     assert math.isfinite(simulate_trend(WhatIfSettings(tau=1e6, dead_time=1e4)).op_swing.amplitude)
-    diagnosis = quiet_diagnosis()
+    diagnosis = good_diagnosis()
     record = diagnosis.record
     long = replace(record, **{name: np.tile(getattr(record, name), 40) for name in ("op", "pv", "sp")}, mv=None)
     start = start_from_diagnosis(replace(st.diagnose(long), identification=diagnosis.identification))
@@ -208,23 +208,22 @@ def test_the_screen_starts_from_the_loop_that_made_the_record() -> None:
 
 
 def test_a_loop_without_stiction_starts_with_a_good_valve() -> None:
-    truth = st.Loop(st.PID(0.2, 10.0), st.Ideal(), st.FOPDT(3.0, 10.0, 10.0), dt=1.0, noise=0.3)
-    record = st.simulate(truth, 150.0, 3000.0, None, 1, pv_start=150.0, op_start=50.0)
-    diagnosis = st.diagnose(record)
+    diagnosis = good_diagnosis()
     start = start_from_diagnosis(diagnosis)
     assert diagnosis.verdict == "no_stiction"
     assert start.settings.model == "ideal"
     assert "comes to rest" in simulate_trend(start.settings).sentence
 
 
-def quiet_diagnosis() -> st.Diagnosis:
-    """Diagnosis of a loop with a good valve."""
+def good_diagnosis() -> st.Diagnosis:
+    """Diagnosis of a loop with a good valve, whose set point moves."""
     truth = st.Loop(st.PID(0.2, 10.0), st.Ideal(), st.FOPDT(3.0, 10.0, 10.0), dt=1.0, noise=0.3)
-    return st.diagnose(st.simulate(truth, 150.0, 3000.0, None, 1, pv_start=150.0, op_start=50.0))
+    sp = 150.0 + np.tile(np.repeat([-3.0, 3.0], 300), 5)
+    return st.diagnose(st.simulate(truth, sp, 3000.0, None, 1, pv_start=150.0, op_start=50.0))
 
 
 def test_a_process_gain_against_the_controller_is_turned_and_said() -> None:
-    diagnosis = quiet_diagnosis()
+    diagnosis = good_diagnosis()
     found, controller = diagnosis.identification, diagnosis.controller
     assert found is not None
     assert controller is not None
@@ -235,7 +234,7 @@ def test_a_process_gain_against_the_controller_is_turned_and_said() -> None:
 
 
 def test_an_impossible_identification_starts_from_usual_values_and_is_said() -> None:
-    diagnosis = quiet_diagnosis()
+    diagnosis = good_diagnosis()
     assert diagnosis.identification is not None
     wild = replace(diagnosis.identification, linear=replace(diagnosis.identification.linear, gain=3e14))
     start = start_from_diagnosis(replace(diagnosis, identification=wild))
@@ -244,7 +243,7 @@ def test_an_impossible_identification_starts_from_usual_values_and_is_said() -> 
 
 
 def test_an_unstable_identification_is_said() -> None:
-    diagnosis = quiet_diagnosis()
+    diagnosis = good_diagnosis()
     found = diagnosis.identification
     assert found is not None
     strong = replace(found, linear=replace(found.linear, gain=50.0, time_constant=10.0, dead_time=10.0, lag=0.0))
