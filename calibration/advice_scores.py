@@ -57,7 +57,7 @@ def _judge(row: Mapping[str, Any]) -> dict[str, Any]:
     excluded |= S is not None and S <= DEFAULT_SMALLEST_S
     found = SimpleNamespace(
         verdict=decide(row["probability"], excluded=excluded), probability=row["probability"],
-        oscillation_cause=causes, stuck=is_stuck(features), S_detectable=S, identification=identification,
+        oscillation_cause=causes, stuck=is_stuck(features, causes), S_detectable=S, identification=identification,
         op_is_position=is_position(features, causes), smallest_S=DEFAULT_SMALLEST_S,
         segment=SimpleNamespace(
             loop_state=SimpleNamespace(state="in_control", in_control=True),

@@ -117,7 +117,7 @@ def _diagnose(segment: JudgedSegment, prior: float, costs: Costs, smallest_S: fl
         verdict=decide(probability, costs, excluded=excluded),
         probability=probability,
         oscillation_cause=causes,
-        stuck=is_stuck(cause_features),
+        stuck=is_stuck(cause_features, causes),
         op_is_position=is_position(cause_features, causes),
         S_detectable=S_detectable,
         smallest_S=smallest_S,

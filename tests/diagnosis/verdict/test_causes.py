@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import stiction as st
 from stiction.diagnosis.identification.loop_response import S_GRID, LoopResponse
+from stiction.diagnosis.verdict import causes
 from stiction.diagnosis.verdict.cause_features import CAUSE_FEATURES
 from stiction.diagnosis.verdict.causes import (
     CAUSES,
@@ -174,3 +176,10 @@ def test_simulated_coarse_transmitter():
     assert record.pv is not None
     step = 0.5 * float(np.ptp(record.pv))
     assert st.diagnose(replace(record, pv=np.round(record.pv / step) * step)).oscillation_cause.sensor >= 0.5
+
+
+def test_a_stem_is_not_stuck_where_the_valve_more_probably_makes_the_loop_oscillate(monkeypatch):
+    stuck = SimpleNamespace(probability=lambda *_: 0.7, training_prior=0.1)
+    monkeypatch.setattr(causes, "cause_models", lambda: SimpleNamespace(stuck=stuck, named=0.6))
+    assert causes.is_stuck({}, causes.OscillationCause(valve=0.65))
+    assert not causes.is_stuck({}, causes.OscillationCause(valve=0.75))

@@ -124,10 +124,13 @@ def assess_causes(features: Mapping[str, float], prior: float = DEFAULT_PRIOR) -
     return OscillationCause(**found, seen=1.0 - models.unseen.probability(features, models.unseen.training_prior))
 
 
-def is_stuck(features: Mapping[str, float]) -> bool:
-    """Whether the stem is probably stuck while something else moves PV, which OP does not move."""
+def is_stuck(features: Mapping[str, float], causes: OscillationCause) -> bool:
+    """Whether the stem is probably stuck while something else moves PV, which OP does not move.
+
+    A stem that does not move makes no loop oscillate: the valve must be the less probable cause of the oscillation.
+    """
     models = cause_models()
-    return models.stuck.probability(features, models.stuck.training_prior) >= models.named
+    return models.stuck.probability(features, models.stuck.training_prior) >= max(models.named, causes.valve)
 
 
 def is_position(features: Mapping[str, float], causes: OscillationCause) -> bool:
