@@ -13,6 +13,7 @@ import polars as pl
 import pytest
 
 import stiction as st
+from stiction.apps import cli
 from stiction.apps.cli import main
 from stiction.errors import RecordError
 from stiction.watch.service import Watch, lock_watch
@@ -136,3 +137,10 @@ def test_systemd_is_notified(tmp_path, monkeypatch):
         notify_systemd("READY=1")
         assert one.recv(100) == b"READY=1"
         assert watchdog_interval() == 5.0
+
+
+def test_one_round_with_a_server_that_does_not_answer_ends_with_3(tmp_path, capsys):
+    file = tmp_path / "plant.toml"
+    file.write_text('window = "2m"\n[[source]]\naddress = "opc.tcp://127.0.0.1:9"\n')
+    assert cli.main(["watch", str(file), "--once"]) == 3
+    assert "cannot be reached" in capsys.readouterr().err

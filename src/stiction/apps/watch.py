@@ -112,8 +112,7 @@ def watch(
     from stiction.watch.service import Watch
 
     one = Watch(Path(file).absolute(), report=print_err)
-    asyncio.run(one.run_once() if once else one.run())
-    return 0
+    return 3 if asyncio.run(one.run_once() if once else one.run()) is False else 0
 
 
 def _trust(url: str) -> int:

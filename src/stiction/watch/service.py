@@ -101,8 +101,8 @@ class Watch:
         """End `run` as SIGTERM does."""
         self._stop.set()
 
-    async def run_once(self) -> None:
-        """One round: read what is new, judge the windows that ended, send what is due."""
+    async def run_once(self) -> bool:
+        """One round: read what is new, judge the windows that ended, send what is due. Whether all servers answered."""
         with lock_watch(self.folder):
             self._open()
             try:
@@ -121,6 +121,7 @@ class Watch:
                 self._note_status()
             finally:
                 self.store.close()
+        return all(one.is_current for one in self.collectors)
 
     def _open(self) -> None:
         self.store = WatchStore(self.folder)
